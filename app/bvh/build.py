@@ -1,0 +1,190 @@
+"""Bounding volume hierarchy by binned SAH, built level by level in numpy.
+
+Degenerate input, by name, and what becomes of it:
+  no triangle          one node without children: every ray misses
+  one triangle         one node with one leaf and one missing child
+  coincident centroids (duplicates, concentric triangles) no plane separates them: the run is cut in the middle
+  zero-extent nodes    (flat boxes, points) area 0 makes all planes equally cheap: the first separating one is taken,
+                       and with no separating plane the run is cut in the middle
+  slivers              only their boxes matter here; large overlapping boxes just cost time
+  endless chains       (sizes in geometric progression) a node that an unlucky plane could push beyond MAX_DEPTH is cut
+                       in the middle; halving always fits, so the depth is bounded for every input
+  NaN, infinity, coordinates beyond 1e12 m: refused with ValueError, the scene loader's validation comes first
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .pack import MAX_TRIANGLES, empty_nodes, is_leaf, leaf_range, leaf_reference, set_children
+from .split import F32, Index, Segments, best_splits, half_area
+
+BUILDER_VERSION = 1  # part of the cache key: raise it whenever the same input gives another tree
+LEAF_SIZE = 4  # most triangles in a leaf
+NODE_COST = 2.0  # time of testing one node's two boxes, in triangle tests: between 0.7 and 3 llvmpipe hardly cares
+MAX_DEPTH = 48  # most inner nodes on a path: far above 28 - log2(LEAF_SIZE), so that halving always fits
+COORDINATE_LIMIT = 1e12  # m: an area times a triangle count stays finite in float32
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class BvhStats:
+    """What the build cost and how good the tree is."""
+
+    inner_nodes: int
+    leaves: int
+    sah_cost: float  # expected work of a ray that hits the root box, in triangle tests
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Bvh:
+    """The packed tree. `order[i]` is the scene's triangle at place i of the leaf order."""
+
+    nodes: NDArray[np.void]  # (k,) BVH_NODE, k >= 1, root first
+    order: NDArray[np.uint32]  # (m,)
+    depth: int  # most inner nodes on a path from the root: the stack the traversal needs (define BVH_STACK)
+    stats: BvhStats
+
+
+@dataclass(frozen=True)
+class _Level:
+    """The nodes of one depth that await a decision, and their triangles, node after node."""
+
+    start: Index  # (k,) where the node's triangles begin in leaf order
+    count: Index  # (k,)
+    slot: Index  # (k,) 2 * parent + child: where the parent wants the reference and the box
+    triangle: NDArray[np.uint32]  # (n,)
+    box: F32  # (6, n) as in split.py
+
+
+@dataclass(frozen=True)
+class _Children:
+    """What one level's nodes are to their parents."""
+
+    slot: Index
+    reference: NDArray[np.uint32]
+    box: F32  # (6, k)
+
+
+def build_bvh(positions: F32, indices: NDArray[np.uint32], progress: Progress | None = None) -> Bvh:
+    """Builds the tree of triangles `indices` (m, 3) over `positions` (n, 3) m.
+
+    Raises ValueError if a coordinate used is not finite or beyond COORDINATE_LIMIT, or if there are too many triangles.
+    """
+    begin = perf_counter()
+    box = _triangle_boxes(positions, indices)
+    total = box.shape[1]
+    order = np.empty(total, np.uint32)
+    level = _Level(*np.array([[0], [total], [0]]), np.arange(total, dtype=np.uint32), box)
+    settled: list[_Children] = []
+    depth, inner_nodes = 0, 0
+    while level.triangle.size:
+        children, level = _grow(level, depth, inner_nodes, order)
+        settled.append(children)
+        inner_nodes += level.count.size // 2
+        depth += bool(level.count.size)
+        if progress is not None:
+            progress("Building the ray hierarchy", _fraction_done(total, level.count))
+    nodes, leaves, cost = _assemble(settled, inner_nodes)
+    return Bvh(nodes, order, max(depth, 1), BvhStats(len(nodes), leaves, cost, perf_counter() - begin))
+
+
+def _triangle_boxes(positions: F32, indices: NDArray[np.uint32]) -> F32:
+    """Boxes of all triangles, (6, m) as in split.py."""
+    if len(indices) >= MAX_TRIANGLES:
+        raise ValueError(f"{len(indices)} triangles exceed the {MAX_TRIANGLES} that a leaf reference can name")
+    box = np.empty((6, len(indices)), np.float32)
+    for axis in range(3):
+        a, b, c = np.ascontiguousarray(positions[:, axis], np.float32)[indices.T]
+        box[axis] = np.minimum(np.minimum(a, b), c)
+        box[3 + axis] = -np.maximum(np.maximum(a, b), c)
+    if not np.all(np.abs(box) <= COORDINATE_LIMIT):  # NaN fails the comparison as well
+        raise ValueError(f"a vertex coordinate is NaN, infinite or beyond {COORDINATE_LIMIT:g} m")
+    return box
+
+
+def _grow(level: _Level, depth: int, first_id: int, order: NDArray[np.uint32]) -> tuple[_Children, _Level]:
+    """Makes each node of a level a leaf, written to `order`, or an inner node with two children in the next level."""
+    segments = Segments.of(level.count)
+    bounds = segments.minimum(level.box)
+    split = best_splits(segments, level.box, level.box[:3] - level.box[3:])  # twice the centroid sorts as well
+    halve = np.isinf(split.cost) | (depth + 1 + _halvings(level.count - 1) > MAX_DEPTH)
+    leaf = _is_leaf(level.count, half_area(bounds), split.cost, halve, depth)
+    rank = segments.rank()
+    done = leaf[segments.owner]
+    order[(level.start[segments.owner] + rank)[done]] = level.triangle[done]
+
+    right = np.where(halve[segments.owner], 2 * rank >= level.count[segments.owner], split.right)
+    reference = np.empty(leaf.size, np.uint32)
+    reference[leaf] = leaf_reference(level.start[leaf], level.count[leaf])
+    inner = np.arange(first_id, first_id + np.count_nonzero(~leaf))
+    reference[~leaf] = inner
+    below = _partition(level, segments, right, ~leaf, inner)
+    return _Children(level.slot, reference, bounds), below
+
+
+def _halvings(count: Index) -> Index:
+    """How many times a run must be halved to fit into leaves."""
+    return np.ceil(np.log2(np.maximum(count / LEAF_SIZE, 1))).astype(np.intp)
+
+
+def _is_leaf(count: Index, area: F32, split_cost: F32, halve: NDArray[np.bool_], depth: int) -> NDArray[np.bool_]:
+    """Small nodes that are cheaper whole than cut. A root of two or more triangles is cut, to have two children."""
+    cheaper_whole = halve | (split_cost + np.float32(NODE_COST) * area >= area * count)
+    return (count == 1) | ((count <= LEAF_SIZE) & cheaper_whole & (depth > 0))
+
+
+def _partition(
+    level: _Level, segments: Segments, right: NDArray[np.bool_], kept: NDArray[np.bool_], inner: Index
+) -> _Level:
+    """The next level: both sides of each kept node, in stable order; `inner` are the kept nodes' ids."""
+    members = np.flatnonzero(kept[segments.owner])
+    part = Segments.of(segments.count[kept])
+    right = right[members]
+    rights_before = np.cumsum(right) - right
+    rights_before -= rights_before[part.first][part.owner] if part.count.size else 0
+    right_count = np.add.reduceat(right, part.first, dtype=np.intp) if part.count.size else part.count
+    left_count = part.count - right_count
+    place = part.first[part.owner] + np.where(
+        right, left_count[part.owner] + rights_before, part.rank() - rights_before
+    )
+    source = np.empty_like(members)
+    source[place] = members
+    start = level.start[kept]
+    return _Level(
+        start=np.column_stack([start, start + left_count]).ravel(),
+        count=np.column_stack([left_count, right_count]).ravel(),
+        slot=np.column_stack([2 * inner, 2 * inner + 1]).ravel(),
+        triangle=level.triangle[source],
+        box=level.box[:, source],
+    )
+
+
+def _fraction_done(total: int, open_counts: Index) -> float:
+    """Share of the work done: a node of n triangles still costs about n log2(n)."""
+    left = float(np.sum(open_counts * np.log2(open_counts + 1.0)))
+    return 1.0 - left / (total * np.log2(total + 1.0))
+
+
+def _assemble(settled: list[_Children], inner_nodes: int) -> tuple[NDArray[np.void], int, float]:
+    """Nodes, number of leaves and SAH cost. The root has no parent; a lone leaf becomes child 0 of an empty root."""
+    nodes = empty_nodes(max(inner_nodes, 1))
+    if not settled:
+        return nodes, 0, 0.0
+    root = settled[0].box
+    below = settled[1:] if inner_nodes else settled
+    slot = np.concatenate([c.slot for c in below])
+    reference = np.concatenate([c.reference for c in below])
+    box = np.concatenate([c.box for c in below], axis=1)
+    set_children(nodes, slot, reference, box)
+    leaf = is_leaf(reference)
+    work = np.where(leaf, leaf_range(reference)[1], NODE_COST)
+    weight = half_area(box) / np.maximum(half_area(root), np.finfo(np.float32).tiny)
+    return nodes, int(leaf.sum()), NODE_COST + float(np.sum(work * weight, dtype=np.float64))

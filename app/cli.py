@@ -1,0 +1,115 @@
+"""The command line: what each command takes, and errors as one sentence with an exit code."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from . import commands
+from .errors import UserError
+from .frame.pipeline import VIEWS
+from .settings import Settings, parse, walk
+
+DEFAULT_SCENE = "still-life"
+COMMANDS = ("view", "shot", "plan", "info", "doctor", "scenes")
+INTERRUPTED = 130  # what shells report for Ctrl-C
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse with one sentence instead of a usage dump."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UserError(f"{message} (see {self.prog} --help)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    debug = "--debug" in arguments
+    try:
+        if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in ("-h", "--help", "--version")):
+            arguments.insert(0, "view")
+        options = parser().parse_args(arguments)
+        return int(getattr(commands, options.command)(options) or 0)
+    except UserError as error:
+        if debug:
+            traceback.print_exc()
+        print(f"hybrid-dof: {error}", file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0
+    except KeyboardInterrupt:
+        print("hybrid-dof: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands and options; the settings' options come from their one definition."""
+    top = _Parser(prog="hybrid-dof", description="Depth of field three ways: post-process, hybrid and ray-traced.")
+    top.add_argument("--version", action="version", version=commands.version())
+    subparsers = top.add_subparsers(dest="command", required=True, parser_class=_Parser)
+
+    view = subparsers.add_parser("view", help="open the window (the default command)")
+    view.add_argument("scene", nargs="?", default=DEFAULT_SCENE, help=f"built-in name or file (default: {DEFAULT_SCENE})")
+    view.add_argument("--status", metavar="FILE", help="append a JSON line with the window's state at each change")
+    view.add_argument("--screenshots", metavar="DIR", default=".", help="where F12 saves pictures (default: the current folder)")
+    view.add_argument("--window", metavar="BACKEND", default="pyglet", help="pyglet (default) or glfw")
+    _picture_options(view, "960x540", "hybrid")
+
+    shot = subparsers.add_parser("shot", help="render one picture without a window")
+    shot.add_argument("scene", help="built-in name or file")
+    shot.add_argument("-o", "--output", required=True, metavar="FILE", help=".png (tone-mapped) or .exr (linear float32)")
+    shot.add_argument("--frames", type=_count, default=16, metavar="N", help="frames rendered before the picture is taken (default 16)")
+    shot.add_argument("--spp", type=_count, default=64, metavar="N", help="lens samples per pixel of traced and reference (default 64)")
+    shot.add_argument("--seed", type=int, default=0, metavar="N", help="of all random choices (default 0)")
+    shot.add_argument("--report", metavar="FILE", help="write times, memory, device and settings as JSON")
+    _picture_options(shot, "960x540", "hybrid")
+
+    plan = subparsers.add_parser("plan", help="what would run, what would not, and why")
+    plan.add_argument("scene", help="built-in name or file")
+    _picture_options(plan, "960x540", "hybrid")
+
+    info = subparsers.add_parser("info", help="what loading a scene saw, changed and dropped")
+    info.add_argument("scene", help="built-in name or file")
+    info.add_argument("--debug", action="store_true", help=argparse.SUPPRESS)
+    for name, text in (("doctor", "driver, limits and the timer's self-test"), ("scenes", "list the built-in scenes")):
+        subparsers.add_parser(name, help=text).add_argument("--debug", action="store_true", help=argparse.SUPPRESS)
+    return top
+
+
+def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> None:
+    command.add_argument("--view", default=view, metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {view})")
+    command.add_argument("--size", type=_size, default=_size(size), metavar="WxH", help=f"picture size in px (default {size})")
+    command.add_argument("--camera", metavar="FILE.json", help="camera file; the scene's first camera otherwise")
+    command.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    for path, leaf, value in walk(Settings()):
+        unit = f" [{leaf.metadata['unit']}]" if leaf.metadata["unit"] else ""
+        text = f"{leaf.metadata['doc']}{unit} (default {commands.shown(value)})".replace("%", "%%")
+        command.add_argument(f"--{path}", metavar="VALUE", help=text, dest=path)
+
+
+def given_settings(options: argparse.Namespace) -> dict[str, Any]:
+    """{dotted path: value} of the settings that were given as options. Raises UserError for a bad value."""
+    return {path: parse(path, text, leaf) for path, leaf, _ in walk(Settings()) if (text := getattr(options, path, None)) is not None}
+
+
+def _count(text: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+    if not 1 <= value <= 1 << 20:
+        raise argparse.ArgumentTypeError(f"{text}: give a number from 1 to {1 << 20}")
+    return value
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, separator, height = text.lower().partition("x")
+    if not separator or not width.isdigit() or not height.isdigit() or not int(width) or not int(height):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 1280x720")
+    return int(width), int(height)
+

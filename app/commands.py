@@ -1,0 +1,203 @@
+"""What the commands do once their options are parsed. Heavy imports happen inside, so that `--help` and errors come at once."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from importlib import metadata
+from typing import Any
+
+from .camera import Viewpoint, read_viewpoint
+from .settings import Settings, plain, to_dict
+
+TRACE_BATCH = 4  # lens samples per dispatch of a headless picture: long enough to keep the device busy, short enough for its watchdog
+
+
+def version() -> str:
+    """The installed version."""
+    try:
+        return metadata.version("hybrid-dof")
+    except metadata.PackageNotFoundError:
+        return "0+checkout"
+
+
+def shown(value: Any) -> str:
+    """A setting's value as it would be typed."""
+    value = plain(value)
+    return ",".join(f"{x:g}" for x in value) if isinstance(value, list) else str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def view(options: argparse.Namespace) -> int:
+    """Open the window."""
+    from .cli import given_settings  # noqa: PLC0415
+    from .window import open_window  # noqa: PLC0415
+
+    settings = Settings()
+    viewpoint = read_viewpoint(options.camera) if options.camera else None
+    return open_window(options.scene, options.view, options.size, settings, viewpoint, given_settings(options), options)
+
+
+def shot(options: argparse.Namespace) -> int:
+    """Render one picture."""
+    from .frame.pipeline import CONVERGING  # noqa: PLC0415
+    from .gpu.context import device_name, headless_context  # noqa: PLC0415
+    from .picture import check_path, write_exr, write_json, write_png  # noqa: PLC0415
+    from .renderer import Renderer  # noqa: PLC0415
+    from .session import load_gpu_scene  # noqa: PLC0415
+
+    output = check_path(options.output)
+    given = _given(options)
+    ctx = headless_context()
+    scene, gpu_scene = load_gpu_scene(ctx, options.scene, _progress)
+    viewpoint, settings = _viewpoint(options, scene, (gpu_scene.facts.low, gpu_scene.facts.high), given)
+    renderer = Renderer(ctx, gpu_scene, options.size, seed=options.seed)
+    renderer.progress_callback = _progress
+    renderer.profiler.enabled = bool(options.report)
+    begin = time.perf_counter()
+    frames = _batches(options.spp, TRACE_BATCH if options.view == "traced" else 1) if options.view in CONVERGING else [1] * options.frames
+    frame_ms = []
+    for done, samples in enumerate(frames):
+        started = time.perf_counter()
+        renderer.draw(options.view, viewpoint.camera, _with_samples(settings, samples))
+        ctx.finish()
+        frame_ms.append((time.perf_counter() - started) * 1e3)
+        _progress(f"{options.view}", (done + 1) / len(frames))
+    seconds = time.perf_counter() - begin
+    facts = {"scene": options.scene, "view": options.view, "size": list(options.size), "seed": options.seed, "settings": to_dict(settings), "version": version()}
+    if output.suffix.lower() == ".exr":
+        write_exr(output, renderer.linear(), facts)
+    else:
+        write_png(output, renderer.picture(), facts)
+    if options.report:
+        renderer.profiler.flush()
+        times = {
+            "device": device_name(ctx),
+            "timing_source": renderer.timing_source,
+            "seconds": seconds,
+            "frame_ms": frame_ms,
+            "pass_ms": dict(renderer.timings),
+            "samples": renderer.converged_samples,
+            "bytes": renderer.memory,
+            "passes": _listed(renderer.plan),
+        }
+        write_json(options.report, {**facts, **times})
+    return 0
+
+
+def plan(options: argparse.Namespace) -> int:
+    """Say what would run, what would not, and why. Needs no GPU."""
+    from .frame.pipeline import frame_plan  # noqa: PLC0415
+    from .scene.facts import frame_facts, near_plane, scene_facts  # noqa: PLC0415
+    from .session import open_scene, scene_bounds  # noqa: PLC0415
+
+    scene, triangles = open_scene(options.scene, _progress)
+    bounds = scene_bounds(triangles)
+    viewpoint, settings = _viewpoint(options, scene, bounds, _given(options))
+    facts = frame_facts(scene_facts(scene, *bounds), viewpoint.camera, settings.lens, options.size[1], near_plane(*bounds))
+    frame = frame_plan(options.view, settings, facts)
+    print(f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: aperture {settings.lens.aperture:g} m, focus {settings.lens.focus_distance:g} m")
+    print(f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus and {facts.far_coc_px:.1f} px behind it (radius)")
+    for call in frame.calls:
+        defines = " ".join(f"{name}={value}" for name, value in call.defines if value)
+        print(f"  runs   {call.step.name:<16}{call.reason}{'; ' + defines if defines else ''}")
+    for skipped in frame.skipped:
+        print(f"  skips  {skipped.name:<16}{skipped.reason}")
+    return 0
+
+
+def info(options: argparse.Namespace) -> int:
+    """Say what loading saw, changed and dropped, and what the scene costs in memory."""
+    from .bvh.cache import load_or_build  # noqa: PLC0415
+    from .session import open_scene, scene_bounds  # noqa: PLC0415
+
+    scene, triangles = open_scene(options.scene, _progress)
+    report = scene.report
+    low, high = scene_bounds(triangles)
+    begin = time.perf_counter()
+    bvh = load_or_build(triangles.positions, triangles.indices, _progress)
+    bvh_seconds = time.perf_counter() - begin
+    print(f"{options.scene}: {report.triangles} triangles, {report.vertices} vertices, loaded in {report.seconds:.2f} s")
+    print(f"  meshes {len(scene.meshes)}, instances {len(scene.instances)}, materials {len(scene.materials)}, images {len(scene.images)}, lights {len(scene.lights)}, cameras {len(scene.cameras)}")
+    print(f"  bounds from ({low[0]:.3g}, {low[1]:.3g}, {low[2]:.3g}) to ({high[0]:.3g}, {high[1]:.3g}, {high[2]:.3g}) m")
+    print(f"  degenerate triangles dropped: {report.degenerate}; drawn: {len(triangles.indices)}")
+    print(f"  BVH: {bvh.describe()}, ready in {bvh_seconds:.2f} s")
+    vertex_bytes, index_bytes = 32 * len(triangles.positions), 12 * len(triangles.indices)
+    print(f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh.nbytes)}, images {_mib(sum(i.pixels.nbytes for i in scene.images))} (as 8-bit)")
+    for camera in scene.cameras:
+        print(f"  camera {camera.name or '(unnamed)'}: {camera.fov_y_deg:.1f} degrees" + (f", focus {camera.focus_distance:g} m" if camera.focus_distance else ""))
+    for note in report.notes:
+        print(f"  note: {note}")
+    return 0
+
+
+def doctor(options: argparse.Namespace) -> int:
+    """Driver, limits and the timer's self-test."""
+    from .gpu.context import device_name, headless_context, is_software  # noqa: PLC0415
+    from .gpu.timing import self_test  # noqa: PLC0415
+
+    ctx = headless_context()
+    source, query_ms, clock_ms = self_test(ctx)
+    print(f"hybrid-dof {version()}, Python {sys.version.split()[0]}")
+    for package in ("moderngl", "moderngl-window", "imgui-bundle", "pyrr", "trimesh", "numpy"):
+        print(f"  {package} {metadata.version(package)}")
+    print(f"device: {device_name(ctx)}")
+    print(f"  vendor: {ctx.info['GL_VENDOR']}; {'a software rasteriser: its milliseconds say nothing about GPUs' if is_software(ctx) else 'hardware'}")
+    limits = {
+        "storage block": _mib(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
+        "texture side": f"{ctx.info['GL_MAX_TEXTURE_SIZE']} px",
+        "array layers": ctx.info["GL_MAX_ARRAY_TEXTURE_LAYERS"],
+        "work group": f"{ctx.info['GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS']} invocations",
+        "colour attachments": ctx.info["GL_MAX_COLOR_ATTACHMENTS"],
+    }
+    for name, value in limits.items():
+        print(f"  {name}: {value}")
+    print(f"timer: {source} (a known load: query {query_ms:.3f} ms, wall clock {clock_ms:.3f} ms)")
+    return 0
+
+
+def scenes(options: argparse.Namespace) -> int:
+    """List the built-in scenes."""
+    from .scene.gallery import SCENES  # noqa: PLC0415
+
+    for entry in SCENES:
+        print(f"{entry.name:<16}{entry.description}")
+    return 0
+
+
+def _given(options: argparse.Namespace) -> dict[str, Any]:
+    from .cli import given_settings  # noqa: PLC0415
+
+    return given_settings(options)
+
+
+def _viewpoint(options: argparse.Namespace, scene: Any, bounds: Any, given: dict[str, Any]) -> tuple[Viewpoint, Settings]:
+    from .session import focused, viewpoints  # noqa: PLC0415
+
+    view = read_viewpoint(options.camera) if options.camera else viewpoints(scene, bounds)[0]
+    return view, focused(Settings(), view, given)
+
+
+def _batches(total: int, batch: int) -> list[int]:
+    return [batch] * (total // batch) + [total % batch] * (total % batch > 0)
+
+
+def _with_samples(settings: Settings, samples: int) -> Settings:
+    from .settings import put  # noqa: PLC0415
+
+    return put(settings, "rays.samples_per_frame", samples)  # type: ignore[no-any-return]
+
+
+def _listed(frame: Any) -> dict[str, str]:
+    return {**{c.step.name: f"runs: {c.reason}" for c in frame.calls}, **{s.name: f"skipped: {s.reason}" for s in frame.skipped}}
+
+
+def _mib(count: int) -> str:
+    return f"{count / 2**20:.1f} MiB"
+
+
+def _progress(text: str, fraction: float) -> None:
+    """One line on a terminal, rewritten in place; nothing where stderr is no terminal."""
+    if sys.stderr.isatty():
+        end = "\n" if fraction >= 1.0 else ""
+        print(f"\r\x1b[K{text} {100 * fraction:3.0f} %", end=end, file=sys.stderr, flush=True)

@@ -1,0 +1,57 @@
+"""Stages 5 to 9: rays where the raster image lacks what the lens sees, and the composite (Tan et al. 2020)."""
+
+from __future__ import annotations
+
+from ..optics import IN_FOCUS_COC_PX
+from ..scene.facts import Facts
+from ..settings import Settings
+from .post import blurred, lens_defines
+from .raster import shading_defines
+from .records import Defines, Need, Pass
+
+
+def partly_occluded(settings: Settings, facts: Facts) -> Need:
+    """Rays: only if something can be in front of focus, blurred enough to be seen through."""
+    if not (blur := blurred(settings, facts)).runs:
+        return blur
+    if facts.near_coc_px <= IN_FOCUS_COC_PX:
+        return Need(False, "nothing is nearer than the focus zone, so nothing blurred can be seen through")
+    return Need(True, f"near circles of confusion reach {facts.near_coc_px:.0f} px in radius")
+
+
+def trace_defines(settings: Settings, facts: Facts) -> Defines:
+    """The lens and the shading of ray hits."""
+    return (*lens_defines(settings, facts), *shading_defines(settings, facts))
+
+
+HYBRID = (
+    Pass("mask_edges", "dof/mask_edges.comp", reads=("normal", "coc"), writes=("mask_edges",), needed=partly_occluded),
+    Pass("mask", "dof/mask.comp", reads=("mask_edges", "coc", "tiles_dilated"), writes=("mask",), fills=("RayTotals",), needed=partly_occluded),
+    Pass("ray_list", "dof/ray_list.comp", reads=("mask",), buffers=("RayTotals",), writes=("ray_count",), fills=("RayWork",), needed=partly_occluded),
+    Pass(
+        "trace",
+        "rays/trace.comp",
+        reads=("ray_count",),
+        buffers=("RayWork",),
+        writes=("trace_near", "trace_far", "trace_position"),
+        indirect=("RayWork", 0),
+        rays=True,
+        needed=partly_occluded,
+        defines=trace_defines,
+    ),
+    Pass(
+        "accumulate",
+        "rays/accumulate.comp",
+        reads=("trace_near", "trace_far", "trace_position", "ray_count", "depth"),
+        history=("near_layer", "far_layer", "layer_state"),
+        writes=("near_layer", "far_layer", "layer_state"),
+        needed=partly_occluded,
+    ),
+    Pass(
+        "composite",
+        "dof/composite.comp",
+        reads=("lit", "coc", "post", "near_blur", "far_blur", "mask", "near_layer", "far_layer", "layer_state"),
+        writes=("hybrid",),
+        needed=partly_occluded,
+    ),
+)

@@ -1,0 +1,66 @@
+"""One frame on one page: the stages in order, and which target each view looks at.
+
+    sharp      gbuffer > lighting                                                   > resolve > display
+    post       gbuffer > lighting > coc > tiles > gather ... > post                 > resolve > display
+    hybrid     ... post ... > mask > ray list > trace > accumulate > composite      > resolve > display
+    traced     progressive lens rays, a running mean                                          > display
+    reference  gbuffer > lighting through one lens point a frame, a running mean              > display
+
+Any other target's name is a view too: the plan then holds just the passes that target needs, and the viewer paints it.
+"""
+
+from __future__ import annotations
+
+from ..errors import UserError
+from ..scene.facts import Facts
+from ..settings import Settings
+from .hybrid import HYBRID, partly_occluded
+from .output import display_pass, resolve_pass, show_pass
+from .plan import plan
+from .post import POST, blurred
+from .raster import RASTER
+from .records import FramePlan
+from .targets import TARGETS
+from .traced import REFERENCE, TRACED
+
+VIEWS = {
+    "sharp": "what a pinhole sees",
+    "post": "depth of field as a post-process (after Jimenez 2014)",
+    "hybrid": "post-process, with rays where the raster image lacks what the lens sees (Tan et al. 2020)",
+    "traced": "ground truth: rays distributed over the lens",
+    "reference": "ground truth again, by rasterising from many lens points",
+}
+CONVERGING = ("traced", "reference")  # running means that need no temporal anti-aliasing
+
+PASSES = (*RASTER, *POST, *HYBRID, *TRACED, *REFERENCE)
+
+
+def color_target(view: str, settings: Settings, facts: Facts) -> str:
+    """The linear picture of a view, simplified to what the scene calls for: hybrid without rays is post, post without blur is sharp."""
+    if view == "hybrid":
+        return "hybrid" if partly_occluded(settings, facts).runs else color_target("post", settings, facts)
+    if view == "post":
+        return "post" if blurred(settings, facts).runs else "lit"
+    return {"sharp": "lit", "traced": "traced", "reference": "reference"}[view]
+
+
+def frame_plan(view: str, settings: Settings, facts: Facts) -> FramePlan:
+    """The plan that ends in the `display` target for a view or for any target's name. Raises UserError for an unknown view."""
+    if view not in VIEWS:
+        return target_plan(view, settings, facts)
+    color = color_target(view, settings, facts)
+    tail = (resolve_pass(color), display_pass("resolved", settings, facts)) if settings.temporal.antialias and view not in CONVERGING else (display_pass(color, settings, facts),)
+    return plan((*PASSES, *tail), "display", settings, facts)
+
+
+def target_plan(target: str, settings: Settings, facts: Facts) -> FramePlan:
+    """The plan that paints one intermediate target."""
+    if target not in TARGETS or target in ("display", "resolved"):
+        names = ", ".join((*VIEWS, *(t for t in TARGETS if t not in ("display", "resolved") and t not in VIEWS)))
+        raise UserError(f"--view {target}: there is no such view or target; choose one of {names}")
+    return plan((*PASSES, show_pass(TARGETS[target])), "display", settings, facts)
+
+
+def linear_target(frame: FramePlan) -> str:
+    """The target that holds the linear picture of a plan (what an .exr stores)."""
+    return next(target for call in reversed(frame.calls) if call.step.name in ("display", "show") for name, target in call.reads if name == "color")

@@ -1,0 +1,57 @@
+"""Stage 4: depth of field as a post-process, adapted from Jimenez 2014."""
+
+from __future__ import annotations
+
+from ..optics import IN_FOCUS_COC_PX
+from ..scene.facts import Facts
+from ..settings import Settings
+from .records import Defines, Need, Pass
+
+
+def blurred(settings: Settings, facts: Facts) -> Need:
+    """Any blur at all: only if a circle of confusion larger than the focus zone's can appear."""
+    if settings.lens.aperture == 0.0:
+        return Need(False, "the aperture is 0, a pinhole: everything is sharp")
+    largest = max(facts.near_coc_px, facts.far_coc_px)
+    if largest <= IN_FOCUS_COC_PX:
+        return Need(False, f"the largest circle of confusion is {largest:.2f} px in radius, within the focus zone")
+    return Need(True, f"circles of confusion reach {largest:.0f} px in radius")
+
+
+def lens_defines(settings: Settings, facts: Facts) -> Defines:
+    """Aperture shape, compiled in: a circle costs no trigonometry."""
+    return (("BLADES", settings.lens.blades if settings.lens.blades >= 3 else 0),)
+
+
+def gather_defines(settings: Settings, facts: Facts) -> Defines:
+    """Kernel size beside the aperture shape."""
+    return (*lens_defines(settings, facts), ("RINGS", settings.post.rings))
+
+
+def median(settings: Settings, facts: Facts) -> Defines:
+    """Whether the 3x3 median filters or just passes on."""
+    return (("MEDIAN", int(settings.post.median)),)
+
+
+def slight_focus(settings: Settings, facts: Facts) -> Defines:
+    """Whether slight defocus has its own full-resolution gather."""
+    return (*lens_defines(settings, facts), ("SLIGHT_FOCUS", int(settings.post.slight_focus)))
+
+
+POST = (
+    Pass("tiles", "dof/tiles.comp", reads=("coc",), writes=("tiles",), group=(1, 1), needed=blurred),
+    Pass("dilate_rows", "dof/dilate.comp", reads=("extent=tiles",), writes=("tiles_row",), defines=lambda s, f: (("AXIS", 0),), needed=blurred),
+    Pass("dilate_columns", "dof/dilate.comp", reads=("extent=tiles_row",), writes=("tiles_dilated",), defines=lambda s, f: (("AXIS", 1),), needed=blurred),
+    Pass("downsample", "dof/downsample.comp", reads=("lit", "coc"), writes=("half_color",), needed=blurred),
+    Pass("presort", "dof/presort.comp", reads=("half_color", "tiles_dilated"), writes=("prefiltered", "presort"), needed=blurred, defines=lens_defines),
+    Pass("gather", "dof/gather.comp", reads=("prefiltered", "presort", "tiles_dilated"), writes=("near_gather", "far_gather"), needed=blurred, defines=gather_defines),
+    Pass("median", "dof/median.comp", reads=("near_gather", "far_gather"), writes=("near_blur", "far_blur"), needed=blurred, defines=median),
+    Pass(
+        "post",
+        "dof/post.comp",
+        reads=("lit", "coc", "near_blur", "far_blur", "tiles_dilated"),
+        writes=("post",),
+        needed=blurred,
+        defines=slight_focus,
+    ),
+)

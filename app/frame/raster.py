@@ -1,0 +1,48 @@
+"""Stage 1 and 2: the G-buffer, the lighting, and the circle of confusion of what was rasterised."""
+
+from __future__ import annotations
+
+from ..scene.facts import Facts
+from ..settings import Settings, ShadingMode
+from .records import Defines, Need, Pass
+
+
+def lit(settings: Settings) -> bool:
+    """True unless surfaces show their base colour only."""
+    return settings.shading.mode is ShadingMode.LIT
+
+
+def shading_defines(settings: Settings, facts: Facts) -> Defines:
+    """The permutation of `shade()`: the same for the raster image and for ray hits, so that views differ in depth of field only."""
+    return (
+        ("LIT", int(lit(settings))),
+        ("TEXTURED", int(facts.textured)),
+        ("NORMAL_MAPPED", int(facts.normal_mapped and lit(settings))),
+        ("EMISSIVE", int(facts.emissive)),
+        ("ALPHA_MASKED", int(facts.alpha_masked)),
+        ("POINT_LIGHTS", int(facts.lights > int(facts.sun))),
+        ("SUN", int(facts.sun)),
+        ("SHADOWS", int(facts.sun and settings.shading.shadows and lit(settings))),
+    )
+
+
+def moving(settings: Settings, facts: Facts) -> Need:
+    """Motion vectors: only while something moves on screen."""
+    if facts.camera_moved:
+        return Need(True, "the camera moves")
+    return Need(False, "nothing moves")
+
+
+RASTER = (
+    Pass(
+        "gbuffer",
+        "raster/gbuffer",
+        kind="raster",
+        writes=("base_color", "normal", "depth"),
+        writes_if=(("emissive", lambda settings, facts: facts.emissive),),
+        defines=shading_defines,
+    ),
+    Pass("motion", "raster/motion.comp", reads=("depth",), writes=("motion",), needed=moving),
+    Pass("lighting", "raster/lighting.comp", reads=("base_color", "normal", "depth"), optional=("emissive",), writes=("lit",), defines=shading_defines),
+    Pass("coc", "dof/coc.comp", reads=("depth",), writes=("coc",)),
+)

@@ -1,0 +1,130 @@
+"""The nouns of a frame: targets, passes, and the plan made of them. Pure values, no GL.
+
+A shader names what it touches after the target: `in_<target>` samplers, `prev_<target>` samplers of last frame's value, `out_<target>` images
+(or fragment outputs), `BufferName` blocks. A read may be renamed: "color=lit" binds target `lit` to `in_color`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from ..scene.facts import Facts
+from ..settings import Settings
+
+Show = Literal["color", "signed", "scalar", "normal", "vector"]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A texture that passes write. `scale`: full resolution divided by this. `history`: last frame's value stays readable."""
+
+    name: str
+    components: int
+    dtype: Literal["f1", "f2", "f4"]
+    meaning: str  # of a texel, with its unit
+    scale: int = 1
+    history: bool = False
+    filter: Literal["nearest", "linear"] = "linear"
+    show: Show = "color"  # how the target viewer paints it
+    range: tuple[float, float] = (0.0, 1.0)  # its colour map's ends
+
+
+@dataclass(frozen=True)
+class Buffer:
+    """A storage block that passes share: `bytes_per_pixel` of the target `scale`, after `header` bytes that are zeroed each frame."""
+
+    name: str
+    meaning: str
+    header: int
+    bytes_per_pixel: int = 0
+    scale: int = 1
+
+
+@dataclass(frozen=True)
+class Need:
+    """Whether a pass runs, and the reason in words."""
+
+    runs: bool
+    reason: str
+
+
+Defines = tuple[tuple[str, int], ...]
+
+
+def always(settings: Settings, facts: Facts) -> Need:
+    """The default: needed whenever something reads what it writes."""
+    return Need(True, "its output is read")
+
+
+def no_defines(settings: Settings, facts: Facts) -> Defines:
+    """The default: one permutation."""
+    return ()
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One step of a frame as data. Compute passes cover `grid` (default: their first output) in work groups of `group` texels."""
+
+    name: str
+    shader: str  # path under glsl/; raster passes name the stem of a .vert and a .frag
+    writes: tuple[str, ...] = ()
+    reads: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()  # read if something writes them; the shader sees HAS_<TARGET> as 1 or 0
+    history: tuple[str, ...] = ()  # last frame's values, bound as prev_<target>
+    updates: tuple[str, ...] = ()  # read and written in place, and kept between frames
+    buffers: tuple[str, ...] = ()  # storage blocks it reads
+    fills: tuple[str, ...] = ()  # storage blocks it writes (and may read)
+    kind: Literal["compute", "raster"] = "compute"
+    rays: bool = False  # traverses the BVH
+    sliced: bool = False  # may be dispatched a band of rows at a time (frame.slice_begin, slice_end)
+    grid: str = ""
+    group: tuple[int, int] = (8, 8)
+    indirect: tuple[str, int] | None = None  # (buffer, byte offset of three group counts) instead of a grid
+    needed: Callable[[Settings, Facts], Need] = always
+    defines: Callable[[Settings, Facts], Defines] = no_defines
+    writes_if: tuple[tuple[str, Callable[[Settings, Facts], bool]], ...] = ()  # outputs that exist only for some scenes
+
+    def outputs(self, settings: Settings, facts: Facts) -> tuple[str, ...]:
+        """What it writes for this scene: `writes`, the `writes_if` that apply, and `updates` (textures only)."""
+        return (*self.writes, *(t for t, applies in self.writes_if if applies(settings, facts)), *self.updates)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A pass as it will run: inputs resolved, permutation fixed."""
+
+    step: Pass
+    reads: tuple[tuple[str, str], ...]  # (sampler name without prefix, target)
+    writes: tuple[str, ...]
+    defines: Defines
+    reason: str
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """A pass that does not run, and why."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class FramePlan:
+    """What draws one frame, in order, and what was left out."""
+
+    calls: tuple[Call, ...]
+    output: str  # the target to look at
+    skipped: tuple[Skipped, ...] = ()
+
+    @property
+    def targets(self) -> frozenset[str]:
+        """Every target the frame touches."""
+        return frozenset(t for call in self.calls for t in (*(t for _, t in call.reads), *call.writes, *call.step.history))
+
+
+def split_read(read: str) -> tuple[str, str]:
+    """("color", "lit") from "color=lit"; ("depth", "depth") from "depth"."""
+    name, _, target = read.partition("=")
+    return name, target or name

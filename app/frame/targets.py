@@ -1,0 +1,61 @@
+"""The one table of targets: format, resolution, and what a texel means in which unit."""
+
+from __future__ import annotations
+
+from .records import Buffer, Target
+
+TILE_PX = 16  # full-resolution px per side of a tile: small enough to class finely, large enough that a tile costs one work group
+
+TARGETS: dict[str, Target] = {
+    t.name: t
+    for t in (
+        # G-buffer
+        Target("base_color", 4, "f2", "linear base colour; a: metallic"),
+        Target("normal", 4, "f2", "world normal, octahedral in xy; z: roughness; w: 1 on a surface, 0 in the sky", filter="nearest", show="normal"),
+        Target("emissive", 4, "f2", "emitted radiance, linear"),
+        Target("depth", 1, "f4", "planar view depth, m; SKY_DEPTH where nothing is", filter="nearest", show="scalar", range=(0.0, 10.0)),
+        Target("motion", 2, "f2", "screen motion since last frame, px", filter="nearest", show="vector", range=(-8.0, 8.0)),
+        # lighting
+        Target("lit", 4, "f2", "radiance, linear; a: luminance of its specular part"),
+        Target("coc", 1, "f4", "signed CoC radius, full-res px, negative in front of focus", filter="nearest", show="signed", range=(-20.0, 20.0)),
+        # post-process
+        Target("tiles", 2, "f4", "x: most negative, y: largest signed CoC in the tile, full-res px", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0)),
+        Target("tiles_row", 2, "f4", "tiles after the horizontal half of the dilation", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0)),
+        Target("tiles_dilated", 2, "f4", "x: most negative, y: largest CoC that reaches the tile, full-res px", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0)),
+        Target("half_color", 4, "f2", "radiance of the 2x2 block's chosen layer; a: its signed CoC radius, full-res px", 2),
+        Target("prefiltered", 4, "f2", "radiance prefiltered for the gather; a: signed CoC radius, full-res px", 2),
+        Target("presort", 4, "f2", "x: near weight, y: far weight (each already over the splat's area), z: specular luminance", 2),
+        Target("near_gather", 4, "f2", "near layer, premultiplied by coverage; a: coverage", 2),
+        Target("far_gather", 4, "f2", "far layer's radiance; a: 1 where something far was found", 2),
+        Target("near_blur", 4, "f2", "near_gather after the median", 2),
+        Target("far_blur", 4, "f2", "far_gather after the median", 2),
+        Target("post", 4, "f2", "the post-processed picture, radiance; a: specular luminance of its near layer"),
+        # hybrid
+        Target("mask_edges", 1, "f2", "mask response of the pixel itself, 0..1", 2, show="scalar"),
+        Target("mask", 1, "f2", "mask response after dilation by near CoC, 0..1; 0: no rays", 2, filter="nearest", show="scalar"),
+        Target("ray_count", 1, "f2", "lens rays traced in the pixel this frame", 2, filter="nearest", show="scalar", range=(0.0, 16.0)),
+        Target("trace_near", 4, "f2", "this frame's near radiance times hit ratio; a: hit ratio", 2, filter="nearest"),
+        Target("trace_far", 4, "f2", "this frame's far radiance times (1 - hit ratio); a: 1 - hit ratio", 2, filter="nearest"),
+        Target("trace_position", 4, "f4", "mean world position of far hits, m; a: share of rays that hit far", 2, filter="nearest"),
+        Target("near_layer", 4, "f4", "accumulated near radiance times hit ratio; a: accumulated hit ratio", 2, history=True),
+        Target("far_layer", 4, "f4", "accumulated far radiance times (1 - hit ratio); a: accumulated 1 - hit ratio", 2, history=True),
+        Target("layer_state", 4, "f4", "x: frames accumulated near, y: far; z: latest hit ratio; w: mean far depth, m", 2, history=True, filter="nearest"),
+        Target("hybrid", 4, "f2", "the hybrid picture, radiance"),
+        # ray-traced view and raster reference
+        Target("traced", 4, "f4", "mean radiance over lens samples; a: number of samples", filter="nearest"),
+        Target("traced_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan)", filter="nearest", show="signed", range=(-1e-6, 1e-6)),
+        Target("reference", 4, "f4", "mean radiance over rasterised lens points; a: number of points", filter="nearest"),
+        Target("reference_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan)", filter="nearest", show="signed", range=(-1e-6, 1e-6)),
+        # output
+        Target("resolved", 4, "f4", "temporally anti-aliased radiance; a: frames accumulated", history=True),
+        Target("display", 4, "f1", "tone-mapped, sRGB-encoded"),
+    )
+}
+
+BUFFERS: dict[str, Buffer] = {
+    b.name: b
+    for b in (
+        Buffer("RayTotals", "sum of mask responses (16.16 fixed point) and number of masked pixels", header=16),
+        Buffer("RayWork", "three group counts for the indirect dispatch, item count, then one uvec2 (pixel, rays) per masked half-res pixel", header=16, bytes_per_pixel=8, scale=2),
+    )
+}

@@ -1,0 +1,82 @@
+"""Shader text: `#include` and defines assembled into one string that remembers where each line came from.
+
+An include stands at the top of a file, names a path relative to `glsl/`, and is taken once. Driver messages name lines of the assembled
+text; `explain` turns them back into the file and line a person wrote.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..data import data_dir
+
+VERSION = "#version 430 core"
+SUFFIXES = (".glsl", ".comp", ".vert", ".frag")
+
+_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
+# Mesa "0:12(3): error", NVIDIA "0(12) : error", others "ERROR: 0:12: 'x'".
+_LOCATION = re.compile(r"^(?P<head>(?:ERROR|WARNING):\s*)?\d+[:(](?P<line>\d+)\)?(?:\(\d+\))?\s*:")
+
+
+class ShaderError(Exception):
+    """A shader that cannot be assembled, compiled or bound; the message names the real file and line."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Assembled text, with the (file, line) each of its lines came from."""
+
+    text: str
+    origin: tuple[tuple[str, int], ...]
+
+
+def load_glsl(root: Path | None = None) -> dict[str, str]:
+    """All shader files under `root` (default: the ones shipped), keyed by path relative to it."""
+    root = root or data_dir("glsl")
+    return {p.relative_to(root).as_posix(): p.read_text() for p in sorted(root.rglob("*")) if p.suffix in SUFFIXES}
+
+
+def assemble(entry: str, files: Mapping[str, str], defines: Mapping[str, object] | None = None) -> Source:
+    """Expand `entry` and its includes below a header of defines (booleans become 0 or 1).
+
+    Raises ShaderError for a missing file or an include cycle, naming the file and line that asked for it.
+    """
+    lines, origin = [VERSION], [("<version>", 1)]
+    for name, value in sorted((defines or {}).items()):
+        lines.append(f"#define {name} {int(value) if isinstance(value, bool) else value}")
+        origin.append(("<defines>", 1))
+    seen: set[str] = set()
+
+    def emit(name: str, trail: tuple[str, ...], asked: str) -> None:
+        if name in trail:
+            raise ShaderError(f"{asked}: include cycle: {' -> '.join((*trail, name))}")
+        if name in seen:
+            return
+        if name not in files:
+            raise ShaderError(f'{asked}: no shader file "{name}"')
+        seen.add(name)
+        for number, line in enumerate(files[name].splitlines(), 1):
+            if include := _INCLUDE.match(line):
+                emit(include[1], (*trail, name), f"{name}:{number}")
+            else:
+                lines.append(line)
+                origin.append((name, number))
+
+    emit(entry, (), "<plan>")
+    return Source("\n".join(lines) + "\n", tuple(origin))
+
+
+def explain(log: str, source: Source) -> str:
+    """A driver's message with assembled line numbers replaced by `file:line:`."""
+
+    def locate(line: str) -> str:
+        match = _LOCATION.match(line)
+        if not match or not 1 <= int(match["line"]) <= len(source.origin):
+            return line
+        file, number = source.origin[int(match["line"]) - 1]
+        return f"{file}:{number}:{line[match.end() :]}"
+
+    return "\n".join(locate(line) for line in log.splitlines())

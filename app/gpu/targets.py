@@ -1,0 +1,127 @@
+"""The textures and storage blocks behind the tables of app.frame.targets: made on first use, owned here, released here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+
+from ..errors import UserError
+from ..frame.records import Buffer, Target
+from ..frame.targets import BUFFERS, TARGETS
+from ..optics import SKY_DEPTH
+
+_BYTES = {"f1": 1, "f2": 2, "f4": 4}
+_NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
+_FILTER = {"nearest": (moderngl.NEAREST, moderngl.NEAREST), "linear": (moderngl.LINEAR, moderngl.LINEAR)}
+
+DISPATCH_HEADER = np.array([0, 1, 1, 0], "<u4").tobytes()  # no groups yet in x, one in y and z; no items
+
+
+class Targets:
+    """All per-size GPU storage of one renderer. Sizes are (width, height) in full-resolution px."""
+
+    def __init__(self, ctx: moderngl.Context, size: tuple[int, int]) -> None:
+        self._ctx = ctx
+        self._textures: dict[tuple[str, bool], moderngl.Texture] = {}
+        self._buffers: dict[str, moderngl.Buffer] = {}
+        self._framebuffers: dict[tuple[str, ...], moderngl.Framebuffer] = {}
+        self._depth: moderngl.Texture | None = None
+        self.size = self._checked(size)
+
+    def _checked(self, size: tuple[int, int]) -> tuple[int, int]:
+        limit = self._ctx.info["GL_MAX_TEXTURE_SIZE"]
+        if min(size) < 1 or max(size) > limit:
+            raise UserError(f"--size {size[0]}x{size[1]}: each side must be from 1 to {limit} pixels on this device")
+        return size
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Forget everything and start at a new size."""
+        size = self._checked(size)
+        self.release()
+        self.size = size
+
+    def texture(self, name: str, previous: bool = False) -> moderngl.Texture:
+        """The texture of a target, or of its value in the last frame."""
+        key = (name, previous)
+        if key not in self._textures:
+            self._textures[key] = self._make(TARGETS[name])
+        return self._textures[key]
+
+    def swap(self, name: str) -> None:
+        """End of frame: this frame's value becomes the last frame's."""
+        current, previous = self.texture(name), self.texture(name, previous=True)
+        self._textures[name, False], self._textures[name, True] = previous, current
+
+    def buffer(self, name: str) -> moderngl.Buffer:
+        """The storage block of that name."""
+        if name not in self._buffers:
+            self._buffers[name] = self._ctx.buffer(reserve=buffer_bytes(BUFFERS[name], self.size))
+        return self._buffers[name]
+
+    def begin_buffer(self, name: str) -> None:
+        """Zero a block's header (a dispatch header starts as 0, 1, 1 groups) before the frame's first use."""
+        header = BUFFERS[name].header
+        self.buffer(name).write(DISPATCH_HEADER if BUFFERS[name].bytes_per_pixel else bytes(header))
+
+    def framebuffer(self, names: tuple[str, ...]) -> moderngl.Framebuffer:
+        """A cleared framebuffer over the given targets, with a depth attachment; depth reads SKY_DEPTH where nothing is drawn."""
+        if names not in self._framebuffers:
+            if self._depth is None:
+                self._depth = self._ctx.depth_texture(self.size)
+            self._framebuffers[names] = self._ctx.framebuffer([self.texture(n) for n in names], self._depth)
+            if "depth" in names:
+                self._framebuffers["depth",] = self._ctx.framebuffer([self.texture("depth")])
+        self._framebuffers[names].clear()
+        if "depth" in names:
+            self._framebuffers["depth",].clear(SKY_DEPTH, 0.0, 0.0, 0.0)
+        return self._framebuffers[names]
+
+    def clear(self, name: str) -> None:
+        """Zero every texel of a target."""
+        framebuffer = self._ctx.framebuffer([self.texture(name)])
+        framebuffer.clear()
+        framebuffer.release()
+
+    def read(self, name: str, previous: bool = False) -> np.ndarray:
+        """Texels (height, width, components), bottom row first, in the target's own type. Waits for the GPU."""
+        texture = self.texture(name, previous)
+        values = np.frombuffer(texture.read(alignment=1), _NUMPY[TARGETS[name].dtype])
+        return values.reshape(texture.height, texture.width, texture.components)
+
+    @property
+    def bytes(self) -> dict[str, int]:
+        """Bytes by target or block name, histories included."""
+        usage: dict[str, int] = {}
+        for (name, _), texture in self._textures.items():
+            usage[name] = usage.get(name, 0) + texture.width * texture.height * texture.components * _BYTES[TARGETS[name].dtype]
+        usage |= {name: buffer.size for name, buffer in self._buffers.items()}
+        if self._depth is not None:
+            usage["depth test"] = self._depth.width * self._depth.height * 4
+        return usage
+
+    def release(self) -> None:
+        for resource in (*self._framebuffers.values(), *self._textures.values(), *self._buffers.values(), self._depth):
+            if resource is not None:
+                resource.release()
+        self._framebuffers, self._textures, self._buffers, self._depth = {}, {}, {}, None
+
+    def _make(self, target: Target) -> moderngl.Texture:
+        texture = self._ctx.texture(scaled(self.size, target.scale), target.components, dtype=target.dtype)
+        texture.repeat_x = texture.repeat_y = False
+        texture.filter = _FILTER[target.filter]
+        zero: Callable[[moderngl.Texture], None] = lambda t: t.write(bytes(t.width * t.height * t.components * _BYTES[target.dtype]))  # noqa: E731
+        zero(texture)
+        return texture
+
+
+def scaled(size: tuple[int, int], scale: int) -> tuple[int, int]:
+    """Size at 1/scale, rounded up so that every full-resolution pixel is covered."""
+    return -(-size[0] // scale), -(-size[1] // scale)
+
+
+def buffer_bytes(buffer: Buffer, size: tuple[int, int]) -> int:
+    """Bytes of a storage block at a full resolution."""
+    width, height = scaled(size, buffer.scale)
+    return buffer.header + buffer.bytes_per_pixel * width * height

@@ -1,0 +1,124 @@
+"""Milliseconds per pass, from a source that was tested first.
+
+GPU time queries are read a few frames late so that nothing waits. Some drivers return nonsense (a software rasteriser reports a nanosecond for
+a tenth of a second of compute), so at start-up a known load is timed both ways; where they disagree the wall clock around a finished pass is
+used instead, and every figure is shown with its source.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import moderngl
+import numpy as np
+
+GPU_TIMER = "GPU timer"
+WALL_CLOCK = "wall clock after glFinish"
+
+RING = 4  # frames until a query is read: more than any driver queues
+KEPT = 64  # frames whose times are kept, for the median
+AGREEMENT = 2.0  # the two clocks may differ by this factor on the test load: launch overhead, not nonsense
+ENOUGH_MS = 2.0  # the test load is grown until the wall clock sees this much: well above its own granularity
+
+_LOAD = """#version 430 core
+layout(local_size_x = 64) in;
+layout(std430) buffer Result { float result[]; };
+uniform uint rounds;
+void main() {
+    float x = float(gl_GlobalInvocationID.x);
+    for (uint i = 0u; i < rounds; ++i) x = fract(sin(x) * 43758.5 + float(i));
+    result[gl_GlobalInvocationID.x] = x;
+}"""
+
+
+def choose_source(timed_by_query_ms: float, timed_by_clock_ms: float) -> str:
+    """GPU_TIMER if the query is believable beside the wall clock, else WALL_CLOCK."""
+    believable = timed_by_clock_ms / AGREEMENT <= timed_by_query_ms <= timed_by_clock_ms * AGREEMENT
+    return GPU_TIMER if believable else WALL_CLOCK
+
+
+def self_test(ctx: moderngl.Context) -> tuple[str, float, float]:
+    """(source to use, query ms, wall-clock ms) of one known compute load."""
+    shader = ctx.compute_shader(_LOAD)
+    result = ctx.buffer(reserve=64 * 256 * 4)
+    result.bind_to_storage_buffer(0)
+    rounds = 64
+    try:
+        while True:
+            shader["rounds"] = rounds
+            ctx.finish()
+            begin = time.perf_counter()
+            query = ctx.query(time=True)
+            with query:
+                shader.run(256)
+            ctx.finish()
+            clock_ms = (time.perf_counter() - begin) * 1e3
+            if clock_ms >= ENOUGH_MS or rounds >= 1 << 20:
+                query_ms = query.elapsed / 1e6
+                return choose_source(query_ms, clock_ms), query_ms, clock_ms
+            rounds *= 4
+    finally:
+        shader.release()
+        result.release()
+
+
+class Profiler:
+    """Times the passes of each frame. Costs nothing while `enabled` is False; with the wall clock each pass is finished before the next."""
+
+    def __init__(self, ctx: moderngl.Context, source: str | None = None) -> None:
+        self._ctx = ctx
+        self.source = source or self_test(ctx)[0]
+        self.enabled = True
+        self._frame = 0
+        self._queries: dict[str, list[moderngl.Query | None]] = {}
+        self._kept: dict[str, deque[float]] = {}
+
+    @contextmanager
+    def scope(self, name: str) -> Iterator[None]:
+        """Time what runs inside under `name`. Scopes do not nest."""
+        if not self.enabled:
+            yield
+        elif self.source == GPU_TIMER:
+            ring = self._queries.setdefault(name, [None] * RING)
+            slot = self._frame % RING
+            if (query := ring[slot]) is None:
+                query = ring[slot] = self._ctx.query(time=True)
+            else:
+                self._keep(name, query.elapsed / 1e6)
+            with query:
+                yield
+        else:
+            begin = time.perf_counter()
+            yield
+            self._ctx.finish()
+            self._keep(name, (time.perf_counter() - begin) * 1e3)
+
+    def end_frame(self) -> None:
+        self._frame += 1
+
+    def reset(self) -> None:
+        """Forget all times: the plan changed."""
+        self._queries.clear()
+        self._kept.clear()
+
+    def flush(self) -> None:
+        """Read the queries still in flight (waits for the GPU): so that short runs have figures too."""
+        for name, ring in self._queries.items():
+            for slot, query in enumerate(ring):
+                if query is not None:
+                    self._keep(name, query.elapsed / 1e6)
+                    ring[slot] = None
+
+    def median_ms(self) -> dict[str, float]:
+        """Median milliseconds by pass name over the frames kept, in the order first run."""
+        return {name: float(np.median(times)) for name, times in self._kept.items() if times}
+
+    def latest_ms(self, name: str) -> float | None:
+        """The newest time of one pass, or None."""
+        return self._kept[name][-1] if self._kept.get(name) else None
+
+    def _keep(self, name: str, ms: float) -> None:
+        self._kept.setdefault(name, deque(maxlen=KEPT)).append(ms)

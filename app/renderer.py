@@ -1,0 +1,260 @@
+"""The renderer: the one owner of GPU objects, and the one loop that runs a plan. Bind by name, time, dispatch."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from .camera import Camera
+from .frame.pipeline import CONVERGING, VIEWS, frame_plan, linear_target
+from .frame.records import Call, FramePlan
+from .frame.targets import TARGETS
+from .gpu.frame_block import FrameInputs, frame_block
+from .gpu.layout import FRAME
+from .gpu.programs import Compiled, Programs, check_names
+from .gpu.scene import GpuScene
+from .gpu.targets import Targets
+from .gpu.timing import Profiler
+from .scene.facts import Facts, frame_facts
+from .settings import Settings, history_key
+
+SLICE_AIM = 0.7  # part of the time budget that a slice of rows is planned to fill: the estimate is noisy
+FRAME_BINDING = 0  # uniform block binding of FrameBlock
+
+
+@dataclass
+class _Progress:
+    """How far a running mean has come: whole samples, and the row the next slice starts at."""
+
+    samples: int = 0
+    row: int = 0
+    rows_per_ms: float = 0.05  # of one sample per pixel; a cautious start, corrected by the first slice
+
+
+class Renderer:
+    """Draws views of one scene at one size. Two renderers may share a GpuScene (split screen)."""
+
+    def __init__(self, ctx: moderngl.Context, scene: GpuScene, size: tuple[int, int], *, seed: int = 0, timing_source: str | None = None) -> None:
+        self._ctx, self.scene, self.seed = ctx, scene, seed
+        self._targets = Targets(ctx, size)
+        self._programs = Programs(ctx)
+        self._frame_buffer = ctx.buffer(reserve=FRAME.itemsize)
+        self.profiler = Profiler(ctx, timing_source)
+        self.plan: FramePlan | None = None
+        self._plan_key: object = None
+        self._history: object = None
+        self._camera: Camera | None = None
+        self._previous: Camera | None = None
+        self._frame = 0
+        self._previous_jitter = (0.0, 0.0)
+        self._progress = _Progress()
+        self.progress_callback: Callable[[str, float], None] | None = None
+        self.cpu_ms = 0.0
+        self.camera_moved = False
+
+    # -- what users call ---------------------------------------------------------------------------------------------------------------
+
+    def draw(self, view: str, camera: Camera, settings: Settings, *, time_budget_ms: float | None = None) -> moderngl.Texture:
+        """Draw one frame of `view` (a view or a target's name) and return the `display` texture, bottom row first.
+
+        A still camera and unchanged settings accumulate. With a time budget the traced view does as many rows as fit.
+        """
+        begin = time.perf_counter()
+        facts = self._begin_frame(view, camera, settings, time_budget_ms)
+        plan = self._planned(view, settings, facts)
+        inputs = self._inputs(view, camera, settings, plan, time_budget_ms)
+        self._frame_buffer.write(frame_block(inputs).tobytes())
+        for name in {b for call in plan.calls for b in call.step.fills}:
+            self._targets.begin_buffer(name)
+        gpu_wait = 0.0
+        for call in plan.calls:
+            with self.profiler.scope(call.step.name):
+                self._run(call, inputs)
+            self._ctx.memory_barrier()
+        if time_budget_ms is not None and view in CONVERGING:
+            wait = time.perf_counter()
+            self._ctx.finish()
+            gpu_wait = time.perf_counter() - wait
+        self._end_frame(view, plan, inputs, (time.perf_counter() - begin) * 1e3)
+        self.cpu_ms = (time.perf_counter() - begin - gpu_wait) * 1e3
+        return self._targets.texture("display")
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self._targets.size
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Change the picture's size; everything accumulated is dropped."""
+        if size != self._targets.size:
+            self._targets.resize(size)
+            self.reset()
+
+    def reset(self) -> None:
+        """Drop accumulated samples: the next frame starts afresh."""
+        self._history = None
+
+    def read(self, target: str) -> np.ndarray:
+        """Texels (h, w, c) of a target, bottom row first, as float32 (uint8 for `display`). Waits for the GPU."""
+        previous = TARGETS[target].history  # after a frame the value it wrote is where the next frame looks for history
+        values = self._targets.read(target, previous)
+        return values if values.dtype == np.uint8 else values.astype(np.float32)
+
+    def picture(self) -> np.ndarray:
+        """The last frame as (h, w, 3) uint8 sRGB, top row first."""
+        return np.ascontiguousarray(self._targets.read("display")[::-1, :, :3])
+
+    def linear(self) -> np.ndarray:
+        """The last frame's linear radiance (h, w, 3) float32, top row first, before exposure and tone mapping."""
+        assert self.plan is not None, "draw a frame first"
+        return np.ascontiguousarray(self.read(linear_target(self.plan))[::-1, :, :3])
+
+    def depth_at(self, x: int, y: int) -> float:
+        """Planar depth [m] under a pixel counted from the top left; SKY_DEPTH where nothing is. Needs a frame that drew a G-buffer."""
+        width, height = self.size
+        row = height - 1 - min(max(y, 0), height - 1)
+        return float(self._targets.read("depth")[row, min(max(x, 0), width - 1), 0])
+
+    @property
+    def converged_samples(self) -> int:
+        """Frames (or lens samples per pixel, for a running mean) accumulated so far."""
+        return self._progress.samples if self._progress.samples else self._frame
+
+    @property
+    def timings(self) -> list[tuple[str, float]]:
+        """(pass, median ms) of the current plan's passes, in frame order."""
+        times = self.profiler.median_ms()
+        return [(c.step.name, times[c.step.name]) for c in self.plan.calls if c.step.name in times] if self.plan else []
+
+    @property
+    def timing_source(self) -> str:
+        return self.profiler.source
+
+    @property
+    def memory(self) -> dict[str, int]:
+        """GPU bytes by target, block and scene resource."""
+        return {**self._targets.bytes, **{f"scene: {name}": count for name, count in self.scene.bytes.items()}}
+
+    def reload_shaders(self) -> str | None:
+        """Re-read the shader files; returns an error's text, in which case the last good program goes on."""
+        error = self._programs.reload()
+        self.reset()
+        return error
+
+    def release(self) -> None:
+        self._targets.release()
+        self._programs.release()
+        self._frame_buffer.release()
+
+    # -- one frame ---------------------------------------------------------------------------------------------------------------------
+
+    def _begin_frame(self, view: str, camera: Camera, settings: Settings, time_budget_ms: float | None) -> Facts:
+        key = (view, history_key(settings), self.size, id(self.scene))
+        self.camera_moved = self._camera is not None and camera != self._camera
+        if key != self._history or (self.camera_moved and view in CONVERGING):
+            self._history, self._frame, self._progress = key, 0, _Progress(rows_per_ms=self._progress.rows_per_ms)
+            self._camera = None
+            for name in ("traced", "traced_error", "reference", "reference_error") if view in CONVERGING else ():
+                self._targets.clear(name)
+        self._previous = self._camera or camera
+        moved = camera != self._previous
+        unsampled = view == "traced" and time_budget_ms is not None and self._progress.samples == 0
+        return frame_facts(self.scene.facts, camera, settings.lens, self.size[1], self.scene.near_plane, moved, unsampled)
+
+    def _planned(self, view: str, settings: Settings, facts: Facts) -> FramePlan:
+        key = (view, settings, facts)
+        if key != self._plan_key:
+            plan = frame_plan(view, settings, facts)
+            if self.plan is None or [c.step.name for c in plan.calls] != [c.step.name for c in self.plan.calls]:
+                self.profiler.reset()
+            self.plan, self._plan_key = plan, key
+        assert self.plan is not None
+        return self.plan
+
+    def _inputs(self, view: str, camera: Camera, settings: Settings, plan: FramePlan, time_budget_ms: float | None) -> FrameInputs:
+        return FrameInputs(
+            camera=camera,
+            previous=self._previous or camera,
+            settings=settings,
+            size=self.size,
+            frame_index=self._frame,
+            seed=self.seed,
+            near_plane=self.scene.near_plane,
+            scene=self.scene,
+            through_lens=view == "reference",
+            previous_jitter_px=self._previous_jitter,
+            rows=self._slice(settings, time_budget_ms),
+            show=TARGETS[view] if view in TARGETS and view not in VIEWS else None,
+        )
+
+    def _slice(self, settings: Settings, time_budget_ms: float | None) -> tuple[int, int]:
+        height = self.size[1]
+        if time_budget_ms is None:
+            return 0, height
+        rows = int(self._progress.rows_per_ms * time_budget_ms * SLICE_AIM / settings.rays.samples_per_frame)
+        begin = self._progress.row
+        return begin, min(height, begin + max(8, rows // 8 * 8))  # whole work groups of rows
+
+    def _run(self, call: Call, inputs: FrameInputs) -> None:
+        step = call.step
+        scene_defines = self.scene.ray_defines(self.progress_callback) if step.rays else ()
+        compiled = self._programs.get(step.shader, (*call.defines, *scene_defines), call.writes if step.kind == "raster" else ())
+        check_names(call, compiled)
+        self._bind(call, compiled)
+        if step.kind == "raster":
+            self._targets.framebuffer(call.writes).use()
+            self._ctx.enable_only(moderngl.DEPTH_TEST)
+            self.scene.draw(compiled.program)
+        elif step.indirect:
+            buffer, offset = step.indirect
+            compiled.program.run_indirect(self._targets.buffer(buffer), offset)
+        else:
+            grid = self._targets.texture(step.grid or call.writes[0])
+            rows = inputs.rows[1] - inputs.rows[0] if step.sliced else grid.height
+            compiled.program.run(math.ceil(grid.width / step.group[0]), math.ceil(rows / step.group[1]))
+
+    def _bind(self, call: Call, compiled: Compiled) -> None:
+        """Give every name the program uses its resource: targets, last frame's targets, blocks, the scene's own."""
+        program, unit = compiled.program, 0
+        samplers = {f"in_{name}": self._targets.texture(target) for name, target in call.reads}
+        samplers |= {f"prev_{target}": self._targets.texture(target, previous=True) for target in call.step.history}
+        samplers |= {name: texture for name, texture in self.scene.samplers.items() if name in compiled.active}
+        for name, texture in samplers.items():
+            if name in compiled.active:
+                texture.use(unit)
+                program[name] = unit
+                unit += 1
+        if call.step.kind == "compute":
+            for image, target in enumerate(call.writes):
+                if f"out_{target}" in compiled.active:
+                    self._targets.texture(target).bind_to_image(image, read=target in call.step.updates, write=True)
+                    program[f"out_{target}"] = image
+        blocks = {name: self._targets.buffer(name) for name in (*call.step.buffers, *call.step.fills)} | self.scene.blocks
+        for binding, name in enumerate(sorted(compiled.active & blocks.keys())):
+            program[name].binding = binding
+            blocks[name].bind_to_storage_buffer(binding)
+        if "FrameBlock" in compiled.active:
+            program["FrameBlock"].binding = FRAME_BINDING
+            self._frame_buffer.bind_to_uniform_block(FRAME_BINDING)
+
+    def _end_frame(self, view: str, plan: FramePlan, inputs: FrameInputs, ms: float) -> None:
+        for target in {t for call in plan.calls for t in call.writes if TARGETS[t].history}:
+            self._targets.swap(target)
+        self.profiler.end_frame()
+        self._camera = inputs.camera
+        self._previous_jitter = inputs.jitter_px
+        begin, end = inputs.rows
+        samples = inputs.settings.rays.samples_per_frame if view == "traced" else 1
+        if view == "traced" and end - begin < self.size[1]:
+            self._progress.rows_per_ms = 0.5 * self._progress.rows_per_ms + 0.5 * (end - begin) * samples / max(ms, 0.1)
+        if end < self.size[1]:
+            self._progress.row = end
+            return
+        self._progress.row = 0
+        self._frame += 1
+        if view in CONVERGING:
+            self._progress.samples += samples

@@ -1,0 +1,98 @@
+"""What scene, camera and lens make possible: the evidence on which passes are planned or left out.
+
+Every fact errs on the side of drawing: a CoC bound is never below a CoC that can appear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..camera import Camera
+from ..optics import SKY_DEPTH, coc_px, coc_scale_px
+from ..settings import Lens
+from .model import F64, Scene
+
+MAX_NEAR_PLANE = 0.01  # m: a lens' own thickness; at 10 m a 24-bit depth step is then 0.6 mm
+NEAR_SHARE = 1e-3  # of the scene's diagonal, for scenes smaller than a room
+
+
+@dataclass(frozen=True)
+class SceneFacts:
+    """What stays true of a scene wherever one looks from."""
+
+    low: tuple[float, float, float]  # bounds, m, world
+    high: tuple[float, float, float]
+    textured: bool
+    normal_mapped: bool
+    emissive: bool
+    alpha_masked: bool
+    lights: int
+    sun: bool
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What one frame may meet. CoC radii are upper bounds in full-resolution px, 0 where nothing can be."""
+
+    near_coc_px: float
+    far_coc_px: float
+    textured: bool = False
+    normal_mapped: bool = False
+    emissive: bool = False
+    alpha_masked: bool = False
+    lights: int = 0
+    sun: bool = False
+    camera_moved: bool = False
+    unsampled: bool = False  # pixels of a running mean still lack their first sample
+
+
+def scene_facts(scene: Scene, low: F64, high: F64) -> SceneFacts:
+    """Facts of the scene alone, given its world bounds."""
+    used = [scene.materials[m.material] for m in scene.meshes]
+    slots = ("base_color_texture", "metallic_roughness_texture", "normal_texture", "emissive_texture")
+    return SceneFacts(
+        low=tuple(map(float, low)),  # type: ignore[arg-type]
+        high=tuple(map(float, high)),  # type: ignore[arg-type]
+        textured=any(getattr(m, slot) is not None for m in used for slot in slots),
+        normal_mapped=any(m.normal_texture is not None for m in used),
+        emissive=any(max(m.emissive) > 0.0 for m in used),
+        alpha_masked=any(m.alpha_cutoff is not None for m in used),
+        lights=len(scene.lights),
+        sun=any(light.kind == "sun" for light in scene.lights),
+    )
+
+
+def near_plane(low: F64, high: F64) -> float:
+    """Near plane [m] of raster and rays alike: close enough for a leaf in front of the lens, and no closer than 24 bits of depth resolve."""
+    diagonal = float(np.linalg.norm(np.subtract(high, low)))
+    return min(MAX_NEAR_PLANE, max(NEAR_SHARE * diagonal, 1e-9))
+
+
+def depth_range(camera: Camera, facts: SceneFacts, near_plane: float) -> tuple[float, float]:
+    """Smallest and largest planar depth [m] that the scene's box can show in front of the near plane."""
+    corners = np.stack(np.meshgrid(*zip(facts.low, facts.high, strict=True), indexing="ij"), -1).reshape(-1, 3)
+    depths = (corners - np.asarray(camera.eye)) @ np.asarray(camera.forward)
+    return max(float(depths.min()), near_plane), max(float(depths.max()), near_plane)
+
+
+def frame_facts(
+    scene: SceneFacts, camera: Camera, lens: Lens, height_px: int, near_plane: float, camera_moved: bool = False, unsampled: bool = False
+) -> Facts:
+    """Facts of one frame. The sky counts as far geometry: it is blurred like any."""
+    nearest, _ = depth_range(camera, scene, near_plane)
+    scale = coc_scale_px(lens.aperture, height_px, camera.fov_y)
+    near, far = (float(c) for c in coc_px([nearest, SKY_DEPTH], scale, 1.0 / lens.focus_distance))
+    return Facts(
+        near_coc_px=max(-near, 0.0),
+        far_coc_px=max(far, 0.0),
+        textured=scene.textured,
+        normal_mapped=scene.normal_mapped,
+        emissive=scene.emissive,
+        alpha_masked=scene.alpha_masked,
+        lights=scene.lights,
+        sun=scene.sun,
+        camera_moved=camera_moved,
+        unsampled=unsampled,
+    )

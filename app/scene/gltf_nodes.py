@@ -1,0 +1,146 @@
+"""The glTF node graph: world transforms, and the cameras and lights that hang on it (KHR_lights_punctual)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .gltf_file import GltfFile, Json
+from .model import F64, Light, SceneCamera
+
+_KINDS = {"directional": "sun", "point": "point", "spot": "spot"}
+
+
+class Node(NamedTuple):
+    """A node with its world transform, row-major on column vectors."""
+
+    json: Json
+    world: F64  # (4, 4)
+
+
+def walk(file: GltfFile) -> Iterator[Node]:
+    """All nodes of the default scene, parents first; UserError on a cycle or a node with two parents."""
+    seen: set[int] = set()
+    pending = [(root, np.eye(4)) for root in reversed(_roots(file))]
+    while pending:
+        index, parent = pending.pop()
+        node = file.item("nodes", index)
+        if index in seen:
+            raise file.broken(f"reaches nodes[{index}] twice, so its node graph is no tree")
+        seen.add(index)
+        world = parent @ _local(file, node)
+        yield Node(node, world)
+        pending += [(child, world) for child in reversed(node.get("children", []))]
+
+
+def _roots(file: GltfFile) -> list[int]:
+    if file.json.get("scenes"):
+        return list(file.item("scenes", file.json.get("scene", 0)).get("nodes", []))
+    nodes = file.json.get("nodes", [])
+    children = {child for node in nodes for child in node.get("children", [])}
+    roots = [index for index in range(len(nodes)) if index not in children]
+    if nodes and not roots:
+        raise file.broken("has a cycle in its node graph")
+    return roots
+
+
+def _local(file: GltfFile, node: Json) -> F64:
+    if "matrix" in node:
+        local = _vector(node["matrix"], 16).reshape(4, 4).T  # stored column by column
+        if not np.array_equal(local[3], (0.0, 0.0, 0.0, 1.0)):
+            raise file.broken("has a node matrix that is not affine")
+    else:
+        local = np.eye(4)
+        rotation = _rotation(_vector(node.get("rotation", (0, 0, 0, 1)), 4))
+        local[:3, :3] = rotation * _vector(node.get("scale", (1, 1, 1)), 3)
+        local[:3, 3] = _vector(node.get("translation", (0, 0, 0)), 3)
+    if not np.isfinite(local).all():
+        raise file.broken("has a node transform that is not finite")
+    return local
+
+
+def _vector(values: Any, length: int) -> F64:
+    vector = np.asarray(values, np.float64)
+    if vector.shape != (length,):
+        raise ValueError(f"{length} numbers expected, got {values!r:.60}")
+    return vector
+
+
+def _rotation(quaternion: F64) -> F64:
+    """Rotation matrix of (x, y, z, w); exporters round, so it is normalised first."""
+    length = np.linalg.norm(quaternion)
+    x, y, z, w = quaternion / length if length > 0.0 else (0.0, 0.0, 0.0, 1.0)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _direction(world: F64, local: tuple[float, float, float]) -> F64:
+    """World direction of a node's local axis, unit; scale means nothing to cameras and lights (spec, 3.10)."""
+    vector = world[:3, :3] @ np.asarray(local)
+    length = np.linalg.norm(vector)
+    return vector / length if length > 0.0 else np.asarray(local)
+
+
+def read_camera(file: GltfFile, node: Node, notes: list[str]) -> SceneCamera | None:
+    """The perspective camera on a node; focus and aperture come from the camera's `extras` if given there in metres."""
+    camera = file.item("cameras", node.json["camera"])
+    name = str(camera.get("name") or node.json.get("name", ""))
+    if camera.get("type") != "perspective":
+        notes.append(f"Camera {name!r} is not perspective and was dropped.")
+        return None
+    fov = float(camera["perspective"]["yfov"])
+    if not 0.0 < fov < math.pi:
+        raise file.broken(f"has camera {name!r} with a field of view of {fov} rad")
+    extras = camera.get("extras")
+    extras = extras if isinstance(extras, dict) else {}
+    focus, aperture = _positive(extras.get("focus_distance")), _positive(extras.get("aperture"), zero=True)
+    eye = node.world[:3, 3]
+    target = eye + (focus or 1.0) * _direction(node.world, (0.0, 0.0, -1.0))
+    up = _direction(node.world, (0.0, 1.0, 0.0))
+    return SceneCamera(_triple(eye), _triple(target), _triple(up), math.degrees(fov), focus, aperture, name)
+
+
+def _positive(value: object, zero: bool = False) -> float | None:
+    """The number if it is a usable length, else None: `extras` are anybody's, so odd ones are ignored."""
+    usable = isinstance(value, int | float) and math.isfinite(value) and (value > 0 or (zero and value == 0))
+    return float(value) if usable else None  # type: ignore[arg-type]
+
+
+def read_light(file: GltfFile, node: Node) -> Light | None:
+    """The KHR_lights_punctual light on a node, in world space; None if the node carries none or it is black."""
+    reference = node.json.get("extensions", {}).get("KHR_lights_punctual")
+    if reference is None:
+        return None
+    lights = file.json.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
+    index = reference["light"]
+    if not 0 <= index < len(lights):
+        raise file.broken(f"refers to light {index}, which does not exist")
+    light, spot = lights[index], lights[index].get("spot", {})
+    color, intensity = _vector(light.get("color", (1, 1, 1)), 3), float(light.get("intensity", 1.0))
+    if not (np.isfinite(color).all() and math.isfinite(intensity)) or color.min() < 0.0 or intensity < 0.0:
+        raise file.broken(f"has light {index} with a negative or infinite strength")
+    if intensity * color.max() == 0.0:
+        return None
+    return Light(
+        _KINDS[light["type"]],  # type: ignore[arg-type]
+        _triple(color),
+        intensity,
+        _triple(node.world[:3, 3]),
+        _triple(_direction(node.world, (0.0, 0.0, -1.0))),
+        _positive(light.get("range")) or math.inf,
+        float(spot.get("innerConeAngle", 0.0)),
+        float(spot.get("outerConeAngle", math.pi / 4)),
+    )
+
+
+def _triple(vector: F64) -> tuple[float, float, float]:
+    x, y, z = vector.tolist()
+    return x, y, z

@@ -1,0 +1,92 @@
+"""One entrance for scenes: a built-in name or a file becomes a checked Scene with a report of what was changed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import UserError
+from . import gallery
+from .decoded import Decoded
+from .gltf import read_gltf
+from .model import LoadReport, Mesh, Scene
+from .validate import MAX_TRIANGLES, Repairs, clean
+from .vertex_colors import colors_to_materials
+
+Progress = Callable[[str, float], None]
+
+GLTF, OTHERS = (".glb", ".gltf"), (".obj", ".ply", ".stl")
+
+
+def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Scene:
+    """Load a built-in scene by name, or a .glb, .gltf, .obj, .ply or .stl file.
+
+    `progress(stage, fraction)` is called now and then, from this thread. Raises UserError for anything that cannot be
+    drawn: missing or unknown files, damaged or hostile content, scenes without triangles.
+    """
+    started = time.perf_counter()
+    report = progress or (lambda stage, fraction: None)
+    path = _resolve(path_or_name)
+    decoded = _decode(path, report)
+    colors_to_materials(decoded, str(path))
+    repairs = Repairs()
+    meshes = []
+    for index, raw in enumerate(decoded.meshes):
+        report("checking geometry", index / len(decoded.meshes))
+        slot = decoded.materials[raw.material].normal_texture
+        normal_map = None if slot is None else np.asarray(slot.uv_transform)
+        meshes.append((clean(raw, f"{path}: mesh {raw.name!r}", normal_map, repairs), len(raw.triangles)))
+    report("checking geometry", 1.0)
+    return _scene(decoded, meshes, repairs, str(path), started)
+
+
+def _resolve(path_or_name: str | Path) -> Path:
+    built_in = gallery.find(str(path_or_name))
+    path = built_in.path if built_in else Path(path_or_name).expanduser()
+    if path.suffix.lower() not in GLTF + OTHERS:
+        known = ", ".join(entry.name for entry in gallery.SCENES)
+        kinds = " ".join(GLTF + OTHERS)
+        raise UserError(f"{path} is neither a built-in scene ({known}) nor a file of a known kind ({kinds}).")
+    if not path.is_file():
+        raise UserError(f"{path} does not exist or is no file: check the path.")
+    return path
+
+
+def _decode(path: Path, progress: Progress) -> Decoded:
+    if path.suffix.lower() in GLTF:
+        return read_gltf(path, progress)
+    from .trimesh_formats import read_with_trimesh  # costs up to two seconds, which glTF users need not pay
+
+    return read_with_trimesh(path, progress)
+
+
+def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, source: str, started: float) -> Scene:
+    meshes = [mesh for mesh, _ in cleaned]
+    instances = [i for i in decoded.instances if len(meshes[i.mesh].triangles)]
+    triangles = sum(cleaned[i.mesh][1] for i in decoded.instances)
+    kept = sum(len(meshes[i.mesh].triangles) for i in instances)
+    if not kept:
+        raise UserError(f"{source} holds no triangles that could be drawn: choose another file.")
+    if triangles > MAX_TRIANGLES:
+        raise UserError(f"{source} places {triangles} triangles, over the limit of {MAX_TRIANGLES}: simplify it.")
+    summary = LoadReport(
+        source=source,
+        triangles=triangles,
+        vertices=sum(len(meshes[i.mesh].positions) for i in instances),
+        degenerate=triangles - kept,
+        notes=(*dict.fromkeys(decoded.notes), *repairs.notes()),
+        seconds=time.perf_counter() - started,
+    )
+    return Scene(
+        tuple(meshes),
+        tuple(decoded.materials),
+        tuple(instances),
+        tuple(decoded.images),
+        tuple(decoded.lights),
+        decoded.environment,
+        tuple(decoded.cameras),
+        summary,
+    )

@@ -1,0 +1,185 @@
+"""OBJ, PLY and STL to a Scene. trimesh decodes; import this module lazily, since trimesh takes long to import."""
+
+from __future__ import annotations
+
+import io
+import logging
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from trimesh.resolvers import FilePathResolver
+
+from ..errors import UserError
+from .decoded import Decoded
+from .images import MAX_SIDE, pixels
+from .model import F32, Image, Instance, Material, TextureSlot
+from .validate import RawMesh
+
+# Neither format has physical materials: a matt-to-satin surface of medium grey, as modelling tools show such files.
+_PLAIN = Material(base_color=(0.6, 0.6, 0.6, 1.0), roughness=0.6, name="plain")
+_MASK_AT = 0.5
+_MTL_READ = {"kd", "ka", "ks", "ns", "ke", "d", "tr", "illum", "ni", "map_kd", "newmtl"}
+
+logging.getLogger("trimesh").addHandler(logging.NullHandler())  # its tracebacks are for its developers, not for users
+
+
+def read_with_trimesh(path: Path, progress: Callable[[str, float], None]) -> Decoded:
+    """Decode a file by its suffix. Raises UserError when trimesh cannot; its guard against '../' stays on."""
+    progress("reading geometry", 0.0)
+    kind = path.suffix[1:].upper()
+    try:
+        # process=False: merging and reordering are not a decoder's business, and would weld sharp edges.
+        scene = trimesh.load_scene(
+            _stream(path), path.suffix[1:].lower(), resolver=FilePathResolver(str(path)), process=False
+        )
+    except OSError as error:
+        raise UserError(f"{path} cannot be read ({error.strerror or error}): check the path.") from error
+    except Exception as error:  # a third-party parser on arbitrary bytes may raise anything
+        known = str(error) and not isinstance(error, ImportError)  # it imports a guesser of encodings for damaged text
+        reason = str(error).splitlines()[0][:120] if known else "damaged or in an unknown encoding"
+        raise UserError(f"{path} cannot be read as {kind} ({reason}): export it again.") from error
+    decoded = Decoded([], [], [])
+    if kind == "OBJ":
+        decoded.notes += _missing_assets(path)
+    index_of: dict[str, int] = {}
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph[node]
+        geometry = scene.geometry[name]
+        if not isinstance(geometry, trimesh.Trimesh):
+            decoded.notes.append("Points and lines were left out.")
+            continue
+        if name not in index_of:
+            index_of[name] = len(decoded.meshes)
+            decoded.meshes.append(_mesh(geometry, name, decoded, str(path)))
+        decoded.instances.append(Instance(index_of[name], np.asarray(transform, np.float64), str(node)))
+    return decoded
+
+
+def _stream(path: Path) -> io.BytesIO:
+    """The file's bytes; OBJ made valid UTF-8 first, because comments in other encodings are common and mean nothing."""
+    data = path.read_bytes()
+    return io.BytesIO(data.decode("utf-8", errors="replace").encode() if path.suffix.lower() == ".obj" else data)
+
+
+def _mesh(mesh: trimesh.Trimesh, name: str, decoded: Decoded, source: str) -> RawMesh:
+    positions, faces = np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces)
+    normals = _given_normals(mesh)
+    uvs = colors = None
+    kind = mesh.visual.kind
+    if kind == "texture":
+        material = _material(mesh.visual.material, decoded, source)
+        uvs = _uvs(mesh, len(positions))
+    else:
+        material = _PLAIN if kind is None else Material(roughness=_PLAIN.roughness, name="vertex colours")
+    if kind == "vertex":
+        colors = _linear(mesh.visual.vertex_colors)
+    elif kind == "face":  # a colour per face needs corners of its own
+        flat = faces.ravel()
+        colors = np.repeat(_linear(mesh.visual.face_colors), 3, axis=0)
+        positions, faces = positions[flat], np.arange(len(flat)).reshape(-1, 3)
+        normals = None if normals is None else normals[flat]
+    decoded.materials.append(material)
+    return RawMesh(positions, faces, len(decoded.materials) - 1, normals, uvs, None, colors, name)
+
+
+def _given_normals(mesh: trimesh.Trimesh) -> F32 | None:
+    """The file's normals. Asking trimesh for `vertex_normals` would compute them; its cache holds only given ones."""
+    if "vertex_normals" not in mesh._cache:
+        return None
+    return np.asarray(mesh._cache["vertex_normals"], np.float32)
+
+
+def _uvs(mesh: trimesh.Trimesh, count: int) -> F32 | None:
+    uv = mesh.visual.uv
+    if uv is None or len(uv) != count:
+        return None
+    return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)  # trimesh counts v upwards
+
+
+def _linear(colors: Any) -> F32:
+    """(n, 4) linear colours from 8-bit ones, which these formats mean for display (sRGB, IEC 61966-2-1)."""
+    c = np.asarray(colors, np.float32) / np.float32(255.0)
+    rgb = np.where(c[:, :3] <= 0.04045, c[:, :3] / 12.92, ((c[:, :3] + 0.055) / 1.055) ** 2.4)
+    return np.hstack([rgb, c[:, 3:]]).astype(np.float32)
+
+
+def _material(found: Any, decoded: Decoded, source: str) -> Material:
+    """MTL as metallic-roughness: diffuse colour and map, emission, shininess, dissolve."""
+    raw: dict[str, Any] = getattr(found, "kwargs", None) or {}
+    name = str(getattr(found, "name", None) or "plain")
+    picture = getattr(found, "image", None)
+    color = _floats(raw.get("kd"), 3) or ((1.0, 1.0, 1.0) if picture is not None else _PLAIN.base_color[:3])
+    alpha = (_floats(raw.get("d"), 1) or (1.0,))[0]
+    slot, holes = _texture(picture, name, decoded, source)
+    if alpha < 1.0:
+        decoded.notes.append(f"Material {name!r}: transparency is drawn as a mask at {_MASK_AT}.")
+    unused = sorted(set(raw) - _MTL_READ)
+    if unused:
+        decoded.notes.append(f"Material {name!r}: {', '.join(unused)} is not used.")
+    return Material(
+        base_color=(*color, alpha),  # type: ignore[arg-type]
+        roughness=_roughness(raw.get("ns")),
+        emissive=_floats(raw.get("ke"), 3) or (0.0, 0.0, 0.0),  # type: ignore[arg-type]
+        alpha_cutoff=_MASK_AT if alpha < _MASK_AT or holes else None,
+        base_color_texture=slot,
+        name=name,
+    )
+
+
+def _texture(picture: Any, name: str, decoded: Decoded, source: str) -> tuple[TextureSlot | None, bool]:
+    """(slot, whether the image has holes) of a Pillow image that trimesh opened."""
+    if picture is None:
+        return None, False
+    if max(picture.size) > MAX_SIDE:
+        raise UserError(f"{source}: the texture of {name!r} is larger than {MAX_SIDE} pixels: scale it down.")
+    try:
+        rgba = pixels(picture)
+    except (OSError, ValueError, SyntaxError) as error:
+        raise UserError(f"{source}: the texture of {name!r} cannot be decoded: save it again as PNG.") from error
+    decoded.images.append(Image(rgba, True, name))
+    return TextureSlot(len(decoded.images) - 1), bool((rgba[..., 3] < 255 * _MASK_AT).any())
+
+
+def _floats(values: Any, length: int) -> tuple[float, ...] | None:
+    """The numbers of an MTL line, or None when there are not that many finite ones."""
+    try:
+        numbers = tuple(float(v) for v in np.ravel(values))[:length] if values is not None else ()
+    except ValueError:
+        return None
+    return numbers if len(numbers) == length and all(map(math.isfinite, numbers)) else None
+
+
+def _roughness(shininess: Any) -> float:
+    """The square root of the GGX alpha = sqrt(2 / (n + 2)) with a highlight as wide (Walter et al. 2007)."""
+    exponent = _floats(shininess, 1)
+    return _PLAIN.roughness if exponent is None else (2.0 / (max(exponent[0], 0.0) + 2.0)) ** 0.25
+
+
+def _missing_assets(path: Path) -> list[str]:
+    """A note for each material library or diffuse map that the OBJ names and trimesh silently does without."""
+    notes = []
+    for library in _lines(path, "mtllib"):
+        if not _beside(path, library):
+            notes.append(f"Material library {library!r} is missing or outside the folder; plain materials are used.")
+            continue
+        for texture in _lines(path.parent / library, "map_kd"):
+            if not _beside(path, texture):
+                notes.append(f"Texture {texture!r} is missing or outside the folder; the plain colour is used.")
+    return notes
+
+
+def _beside(path: Path, name: str) -> bool:
+    target = (path.parent / name.strip().lstrip("/")).resolve()
+    return target.is_file() and target.is_relative_to(path.parent.resolve())
+
+
+def _lines(path: Path, key: str) -> Iterator[str]:
+    """What follows `key` on each line of a text file that starts with it, in either case."""
+    with path.open(encoding="utf-8", errors="replace") as text:
+        for line in text:
+            if line[: len(key) + 1].strip().lower() == key:
+                yield line.strip()[len(key) :].strip()

@@ -1,0 +1,141 @@
+"""Nothing reaches BVH or GPU unchecked: finite numbers, indices in range, unit normals, no degenerate triangle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import UserError
+from . import geometry
+from .model import F32, U32, Mesh
+
+# 32-byte vertices and 16-byte triangles: this many fill 1.6 GB, the most a present-day desktop GPU can be asked to hold
+# beside the BVH. Above it, decoding alone would take minutes.
+MAX_VERTICES = 50_000_000
+MAX_TRIANGLES = 50_000_000
+# A world wider than this leaves float32 less than a millimetre of resolution, and beyond 1e18 m squares overflow.
+MAX_COORDINATE = 1e9
+
+
+@dataclass(frozen=True)
+class RawMesh:
+    """What a decoder found, before any check; `None` where the file gives nothing."""
+
+    positions: F32  # (n, 3)
+    triangles: NDArray[np.integer]  # (m, 3)
+    material: int
+    normals: F32 | None = None  # (n, 3)
+    uvs: F32 | None = None  # (n, 2)
+    tangents: F32 | None = None  # (n, 4)
+    colors: F32 | None = None  # (n, 4) linear vertex colours
+    name: str = ""
+
+
+@dataclass
+class Repairs:
+    """How much was wrong and put right, over all meshes of a file."""
+
+    degenerate: int = 0
+    computed_normals: int = 0  # meshes
+    repaired_normals: int = 0  # vertices
+    computed_tangents: int = 0  # meshes
+
+    def notes(self) -> list[str]:
+        found = []
+        if self.computed_normals:
+            found.append(
+                f"{count(self.computed_normals, 'mesh', 'meshes')} without normals got area-weighted smooth ones."
+            )
+        if self.repaired_normals:
+            found.append(f"{count(self.repaired_normals, 'zero or non-finite normal')} recomputed from the triangles.")
+        if self.computed_tangents:
+            found.append(
+                f"Tangents were computed for {count(self.computed_tangents, 'mesh', 'meshes')} with a normal map."
+            )
+        return found
+
+
+def count(number: int, singular: str, plural: str | None = None) -> str:
+    """'1 light', '3 lights'."""
+    return f"{number} {singular if number == 1 else plural or singular + 's'}"
+
+
+def check(raw: RawMesh, where: str) -> None:
+    """Raise UserError, naming `where`, unless the arrays are finite, in range and of agreeing length."""
+    n, m = len(raw.positions), len(raw.triangles)
+    if n > MAX_VERTICES or m > MAX_TRIANGLES:
+        raise UserError(f"{where} has {n} vertices and {m} triangles, over the limit of {MAX_TRIANGLES}: simplify it.")
+    for kind in ("normals", "uvs", "tangents", "colors"):
+        array = getattr(raw, kind)
+        if array is not None and len(array) != n:
+            raise UserError(f"{where} has {n} positions but {len(array)} {kind}: re-export the file.")
+    if m and (int(raw.triangles.min()) < 0 or int(raw.triangles.max()) >= n):
+        raise UserError(f"{where} has a triangle index outside its {n} vertices: re-export the file.")
+    if not np.isfinite(raw.positions).all():
+        raise UserError(f"{where} has a vertex position that is not a finite number: re-export the file.")
+    if np.abs(raw.positions).max(initial=0.0) > MAX_COORDINATE:
+        raise UserError(
+            f"{where} has a vertex farther than {MAX_COORDINATE:g} m from the origin: scale the model down."
+        )
+    if raw.uvs is not None and not np.isfinite(raw.uvs).all():
+        raise UserError(f"{where} has a texture coordinate that is not a finite number: re-export the file.")
+
+
+def clean(raw: RawMesh, where: str, normal_map: NDArray[np.floating] | None, repairs: Repairs) -> Mesh:
+    """The checked mesh, complete with unit normals and, where `normal_map` (its 2x3 uv transform) is given, tangents.
+
+    Degenerate triangles and unused vertices are dropped; `repairs` counts what was done. Raises UserError as `check`.
+    """
+    check(raw, where)
+    triangles = raw.triangles.astype(np.uint32)
+    broken = geometry.degenerate(raw.positions, triangles)
+    repairs.degenerate += int(broken.sum())
+    source, triangles = geometry.used_vertices(triangles[~broken], len(raw.positions))
+    positions = np.ascontiguousarray(raw.positions[source], np.float32)
+    normals = _normals(positions, triangles, None if raw.normals is None else raw.normals[source], repairs)
+    uvs = (
+        np.zeros((len(source), 2), np.float32) if raw.uvs is None else np.ascontiguousarray(raw.uvs[source], np.float32)
+    )
+    mesh = Mesh(positions, normals, uvs, np.zeros((len(source), 4), np.float32), triangles, raw.material, raw.name)
+    if normal_map is None or raw.uvs is None:
+        return mesh
+    given = _usable_tangents(None if raw.tangents is None else raw.tangents[source], normals)
+    if given is not None:
+        return replace(mesh, tangents=given)
+    repairs.computed_tangents += 1
+    return with_tangents(mesh, normal_map)
+
+
+def with_tangents(mesh: Mesh, normal_map: NDArray[np.floating]) -> Mesh:
+    """The mesh with computed tangents for uvs transformed by the 2x3 matrix; vertices on mirror seams are doubled."""
+    texture_uvs = (mesh.uvs @ normal_map[:, :2].T + normal_map[:, 2]).astype(np.float32)
+    source, triangles = geometry.split_mirrored(texture_uvs, mesh.triangles)
+    positions, normals = mesh.positions[source], mesh.normals[source]
+    tangents = geometry.tangents(positions, normals, texture_uvs[source], triangles)
+    return Mesh(positions, normals, mesh.uvs[source], tangents, triangles, mesh.material, mesh.name)
+
+
+def _normals(positions: F32, triangles: U32, given: F32 | None, repairs: Repairs) -> F32:
+    if given is None:
+        repairs.computed_normals += 1
+        return geometry.area_weighted_normals(positions, triangles).astype(np.float32)
+    normals = geometry.unit(given)
+    lost = ~normals.any(axis=1)
+    if lost.any():
+        repairs.repaired_normals += int(lost.sum())
+        normals[lost] = geometry.area_weighted_normals(positions, triangles)[lost]
+    return normals.astype(np.float32)
+
+
+def _usable_tangents(given: F32 | None, normals: F32) -> F32 | None:
+    """The file's tangents made unit and orthogonal to the normals, or None when any has no direction left."""
+    if given is None:
+        return None
+    n, t = normals.astype(np.float64), geometry.unit(given[:, :3])
+    t = geometry.unit(t - n * np.einsum("ij,ij->i", n, t)[:, None])
+    if not t.any(axis=1).all():
+        return None
+    handedness = np.where(given[:, 3:] < 0.0, -1.0, 1.0)
+    return np.hstack([t, handedness]).astype(np.float32)

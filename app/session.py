@@ -1,0 +1,71 @@
+"""From a scene's name to something a renderer can draw, and from options to a viewpoint and settings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .bvh.cache import load_or_build
+from .camera import Viewpoint, look_at
+from .gpu.scene import GpuScene
+from .scene.flatten import flatten
+from .scene.load import load_scene
+from .scene.model import Scene, Triangles
+from .settings import Settings, put
+
+Progress = Callable[[str, float], None]
+
+FRAMING_FOV_DEG = 45.0  # a scene without a camera is framed with a normal lens ...
+FRAMING_APERTURE = 0.01  # ... whose opening is this share of the scene's diagonal, so that blur is visible at any scale
+
+
+def open_scene(name: str, progress: Progress | None = None) -> tuple[Scene, Triangles]:
+    """Load a built-in scene or a file and bake it to world space. Raises UserError."""
+    scene = load_scene(name, progress)
+    return scene, flatten(scene)
+
+
+def load_gpu_scene(ctx: moderngl.Context, name: str, progress: Progress | None = None) -> tuple[Scene, GpuScene]:
+    """Load a scene and upload it. The BVH is built, or read from the cache, when rays are first asked for."""
+    scene, triangles = open_scene(name, progress)
+    build = lambda report=None: load_or_build(triangles.positions, triangles.indices, report)  # noqa: E731
+    return scene, GpuScene(ctx, scene, triangles, build)
+
+
+def viewpoints(scene: Scene, triangles_bounds: tuple[np.ndarray, np.ndarray]) -> list[Viewpoint]:
+    """The scene's own cameras, or one that frames its bounds if it has none."""
+    own = [
+        Viewpoint(look_at(c.eye, c.target, c.up, c.fov_y_deg), c.focus_distance, c.aperture, c.name or f"camera {i + 1}")
+        for i, c in enumerate(scene.cameras)
+    ]
+    return own or [framing(*triangles_bounds)]
+
+
+def framing(low: np.ndarray, high: np.ndarray) -> Viewpoint:
+    """A viewpoint from the front, slightly above, that holds the box, focused on its middle."""
+    low, high = np.asarray(low, float), np.asarray(high, float)
+    centre, diagonal = (low + high) / 2, max(float(np.linalg.norm(high - low)), 1e-6)
+    distance = 0.6 * diagonal / math.tan(math.radians(FRAMING_FOV_DEG / 2))
+    direction = np.array([0.35, 0.25, 0.9])
+    eye = centre + distance * direction / np.linalg.norm(direction)
+    camera = look_at(tuple(eye), tuple(centre), fov_y_deg=FRAMING_FOV_DEG)
+    return Viewpoint(camera, float(distance), FRAMING_APERTURE * diagonal, "framing")
+
+
+def focused(settings: Settings, view: Viewpoint, given: Mapping[str, Any] | None = None) -> Settings:
+    """`settings` with the viewpoint's focus and aperture, then with the options `given` by the user, which win."""
+    own = {"lens.focus_distance": view.focus_distance, "lens.aperture": view.aperture}
+    for path, value in {**{k: v for k, v in own.items() if v is not None}, **(given or {})}.items():
+        settings = put(settings, path, value)
+    return settings
+
+
+def scene_bounds(triangles: Triangles) -> tuple[np.ndarray, np.ndarray]:
+    """World bounds (low, high) [m] of baked triangles; both zero for none."""
+    if not len(triangles.positions):
+        return np.zeros(3), np.zeros(3)
+    return triangles.positions.min(0).astype(float), triangles.positions.max(0).astype(float)

@@ -1,0 +1,105 @@
+// Rays against boxes and triangles, without holes.
+// Method: triangle test of Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection" (JCGT 2:1), sections 3 and 4;
+//         slab test of Ize 2013, "Robust BVH ray traversal" (JCGT 2:2), section 3.
+// `precise` keeps the compiler from fusing or reordering: an edge shared by two triangles must get exactly opposite
+// edge functions from both sides, or a ray could slip between them.
+
+struct Ray {
+    vec3 origin;     // m
+    vec3 direction;  // any length but zero; t counts in its length
+    float t_min;     // hits at t < t_min are ignored
+};
+
+// What all tests of one ray share.
+struct RaySetup {
+    vec3 inverse;    // 1 / direction, finite
+    vec3 origin_lo;  // origin moved beyond every rounding error of the triangle test, for planes at a box's lo ...
+    vec3 origin_hi;  // ... and at its hi
+    vec3 shear_x;    // rows of the shear that maps the ray to the z axis: two permuted axes ...
+    vec3 shear_y;
+    vec3 shear_z;    // ... and the distance along the ray
+};
+
+const float SLAB_GROWTH = 1.0 + 2.0 * 3.0 * 5.9604645e-8;  // 1 + 2 gamma_3: Ize 2013, u = 2^-24
+const float SMALLEST_RATIO = 1e-18;  // of direction components; a coordinate (< 1e12 m) over it stays finite
+const float TRIANGLE_ERROR = 5.0 * 5.9604645e-8;  // of a sheared coordinate, relative to its largest term: Woop 2013, section 4
+
+float away_from_zero(float x, float smallest) { return abs(x) < smallest ? (x < 0.0 ? -smallest : smallest) : x; }
+
+// `lo` and `hi` bound all geometry [m]: the farther it is from the origin, the more the triangle test rounds.
+RaySetup prepare_ray(Ray ray, vec3 lo, vec3 hi) {
+    RaySetup setup;
+    vec3 d = ray.direction;
+    float longest = max(abs(d.x), max(abs(d.y), abs(d.z)));
+    float smallest = longest * SMALLEST_RATIO;
+    setup.inverse = 1.0 / vec3(away_from_zero(d.x, smallest), away_from_zero(d.y, smallest), away_from_zero(d.z, smallest));
+    vec3 reach = max(abs(lo - ray.origin), abs(hi - ray.origin));
+    float margin = 2.0 * TRIANGLE_ERROR * max(reach.x, max(reach.y, reach.z));
+    setup.origin_lo = ray.origin + margin;
+    setup.origin_hi = ray.origin - margin;
+    // The longest axis of the direction becomes z. Entries 0 and 1 are exact, so each product below is one rounding.
+    if (abs(d.z) == longest) {
+        setup.shear_x = vec3(1.0, 0.0, -d.x / d.z);
+        setup.shear_y = vec3(0.0, 1.0, -d.y / d.z);
+        setup.shear_z = vec3(0.0, 0.0, 1.0 / d.z);
+    } else if (abs(d.y) == longest) {
+        setup.shear_x = vec3(0.0, -d.z / d.y, 1.0);
+        setup.shear_y = vec3(1.0, -d.x / d.y, 0.0);
+        setup.shear_z = vec3(0.0, 1.0 / d.y, 0.0);
+    } else {
+        setup.shear_x = vec3(-d.y / d.x, 1.0, 0.0);
+        setup.shear_y = vec3(-d.z / d.x, 0.0, 1.0);
+        setup.shear_z = vec3(1.0 / d.x, 0.0, 0.0);
+    }
+    return setup;
+}
+
+// Entry distances of a node's two boxes, each given as (lo0, hi0, lo1, hi1) along an axis; +infinity where missed.
+vec2 intersect_boxes(RaySetup ray, vec4 x, vec4 y, vec4 z, float t_min, float t_max) {
+    vec4 tx = (x - vec2(ray.origin_lo.x, ray.origin_hi.x).xyxy) * ray.inverse.x;
+    vec4 ty = (y - vec2(ray.origin_lo.y, ray.origin_hi.y).xyxy) * ray.inverse.y;
+    vec4 tz = (z - vec2(ray.origin_lo.z, ray.origin_hi.z).xyxy) * ray.inverse.z;
+    vec2 enter = max(max(min(tx.xz, tx.yw), min(ty.xz, ty.yw)), max(min(tz.xz, tz.yw), vec2(t_min)));
+    vec2 leave = min(min(max(tx.xz, tx.yw), max(ty.xz, ty.yw)), min(max(tz.xz, tz.yw), vec2(t_max)));
+    return mix(vec2(uintBitsToFloat(0x7f800000u)), enter, lessThanEqual(enter, leave * SLAB_GROWTH));
+}
+
+// What rounding took from the product ab = a * b, exactly (Dekker 1971: halves of 12 bits multiply without rounding).
+float product_error(float a, float b, float ab) {
+    precise float a_scaled = a * 4097.0, b_scaled = b * 4097.0;  // 2^12 + 1
+    precise float a_high = a_scaled - (a_scaled - a), b_high = b_scaled - (b_scaled - b);
+    precise float a_low = a - a_high, b_low = b - b_high;
+    precise float error = ((a_high * b_high - ab) + a_high * b_low + a_low * b_high) + a_low * b_low;
+    return error;
+}
+
+// a.x b.y - a.y b.x: positive, zero or negative as the exact value is. Where both products round to the same number
+// their errors decide; the paper recomputes in double precision there, which is slow or missing on many GPUs.
+float edge_function(vec2 a, vec2 b) {
+    precise float p = a.x * b.y;
+    precise float q = a.y * b.x;
+    precise float area = p - q;
+    return area != 0.0 ? area : product_error(a.x, b.y, p) - product_error(a.y, b.x, q);
+}
+
+vec3 to_ray_space(RaySetup ray, vec3 v) {
+    precise float x = dot(ray.shear_x, v);
+    precise float y = dot(ray.shear_y, v);
+    precise float z = dot(ray.shear_z, v);
+    return vec3(x, y, z);
+}
+
+// The ray's hit with triangle (a, b, c) [m], both sides: true, the distance and the weights of b and c.
+bool intersect_triangle(
+    RaySetup ray, vec3 origin, vec3 a, vec3 b, vec3 c, float t_min, float t_max, out float t, out vec2 barycentrics
+) {
+    vec3 p = to_ray_space(ray, a - origin), q = to_ray_space(ray, b - origin), r = to_ray_space(ray, c - origin);
+    float u = edge_function(r.xy, q.xy), v = edge_function(p.xy, r.xy), w = edge_function(q.xy, p.xy);
+    float lowest = min(u, min(v, w)), highest = max(u, max(v, w));
+    float determinant = u + v + w;
+    float inverse = 1.0 / determinant;
+    t = (u * p.z + v * q.z + w * r.z) * inverse;
+    barycentrics = vec2(v, w) * inverse;
+    // Zeros count as inside. A NaN or infinite t (edge-on, determinant 0) fails the comparison.
+    return (lowest >= 0.0 || highest <= 0.0) && determinant != 0.0 && t >= t_min && t <= t_max;
+}

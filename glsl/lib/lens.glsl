@@ -1,0 +1,66 @@
+// The aperture: its sampling, its gauge (is this offset inside the bokeh?) and its brightness profile. Float64 twins: app/optics.py.
+// blades < 3 is a disc. Points and offsets are in units of the lens' half diameter.
+
+const float PI = 3.14159265358979;
+
+// Unit square to unit disc, area-preserving and continuous (Shirley and Chiu 1997).
+vec2 concentric_disc(vec2 square) {
+    vec2 p = 2.0 * square - 1.0;
+    bool wide = abs(p.x) > abs(p.y);
+    float radius = wide ? p.x : p.y;
+    if (radius == 0.0) return vec2(0.0);
+    float angle = wide ? (PI / 4.0) * (p.y / p.x) : PI / 2.0 - (PI / 4.0) * (p.x / p.y);
+    return radius * vec2(cos(angle), sin(angle));
+}
+
+// Enclosed-area fraction t = r^2 with density 1 + s (2t - 1), from uniform u: the quadratic's root in the form that does not cancel.
+float aberrated_area(float u, float s) {
+    return 2.0 * u / max((1.0 - s) + sqrt(max((1.0 - s) * (1.0 - s) + 4.0 * s * u, 0.0)), 1e-30);
+}
+
+// Relative brightness of the bokeh at enclosed-area fraction t; its mean over the aperture is 1.
+float aberration_weight(float t, float s) {
+    return 1.0 + s * (2.0 * t - 1.0);
+}
+
+// Unit square to a regular polygon inscribed in the unit circle, uniform by area.
+vec2 polygon_point(vec2 square, int blades, float rotation) {
+    float n = float(blades);
+    float blade = min(floor(n * square.x), n - 1.0);
+    float theta = atan((2.0 * (n * square.x - blade) - 1.0) * tan(PI / n));
+    float radius = sqrt(square.y) * cos(PI / n) / cos(theta);
+    float angle = (blade + 0.5) * (2.0 * PI / n) + theta + rotation;
+    return radius * vec2(cos(angle), sin(angle));
+}
+
+// A point of the aperture from a point of the unit square.
+vec2 lens_point(vec2 square, int blades, float rotation, float anamorphic, float aberration) {
+    vec2 point;
+    if (blades < 3) {
+        point = concentric_disc(square);
+        float area = dot(point, point);
+        if (aberration != 0.0 && area > 0.0) point *= sqrt(aberrated_area(area, aberration) / area);
+        float c = cos(rotation), s = sin(rotation);
+        point = vec2(c * point.x - s * point.y, s * point.x + c * point.y);
+    } else {
+        point = polygon_point(vec2(square.x, aberrated_area(square.y, aberration)), blades, rotation);
+    }
+    return vec2(point.x / anamorphic, point.y);
+}
+
+// The factor by which the aperture must grow to just reach `offset`: 1 on its rim (Minkowski gauge).
+float lens_gauge(vec2 offset, int blades, float rotation, float anamorphic) {
+    offset.x *= anamorphic;
+    float radius = length(offset);
+    if (blades < 3 || radius == 0.0) return radius;
+    float sector = 2.0 * PI / float(blades);
+    float angle = atan(offset.y, offset.x) - rotation;
+    float within = angle - sector * (floor(angle / sector) + 0.5);
+    return radius * cos(within) / cos(PI / float(blades));
+}
+
+// Area of the aperture in units of its half diameter squared: pi for a disc.
+float lens_area(int blades, float anamorphic) {
+    float n = float(blades);
+    return (blades < 3 ? PI : 0.5 * n * sin(2.0 * PI / n)) / anamorphic;
+}

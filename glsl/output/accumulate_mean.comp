@@ -1,0 +1,24 @@
+// Adds one frame to a running mean that neither drifts nor stalls.
+// Reads  in_color             radiance of this frame, full resolution
+// Writes out_reference        mean radiance; a: number of frames
+//        out_reference_error  what rounding has so far withheld from the mean
+// Method mean += (x - mean) / n with compensated addition (Kahan 1965): past thousands of frames the update is smaller than half an ulp of
+//        the mean and would be lost.
+#include "shared/frame.glsl"
+#include "lib/running_mean.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+uniform sampler2D in_color;
+layout(rgba32f) uniform image2D out_reference;
+layout(rgba32f) uniform image2D out_reference_error;
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, ivec2(frame.size_px)))) return;
+    vec4 mean = imageLoad(out_reference, p);
+    vec3 withheld = imageLoad(out_reference_error, p).rgb;
+    add_sample(mean, withheld, texelFetch(in_color, p, 0).rgb);
+    imageStore(out_reference, p, mean);
+    imageStore(out_reference_error, p, vec4(withheld, 0.0));
+}

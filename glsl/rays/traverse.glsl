@@ -1,0 +1,109 @@
+// Finds what a ray hits in the static scene.
+// Reads: BvhNodes, TrianglePositions, Triangles (app/bvh/pack.py; positions in m); define BVH_STACK = the tree's depth.
+// Writes: nothing.
+// Method: ordered traversal of a two-child BVH with a stack, Aila and Laine 2009, "Understanding the efficiency of ray
+// traversal on GPUs", section 3: descend until a leaf is found, then test its triangles ("while-while").
+//
+// With HAS_ALPHA_MASK the including shader defines, and declares before the include, the function below: it says whether
+// a ray stops at this point of a masked material.
+#include "shared/structs.glsl"
+#include "lib/intersect.glsl"
+
+#ifdef HAS_ALPHA_MASK
+bool alpha_passes(uint material, uvec3 vertices, vec2 barycentrics, float t);
+#endif
+
+layout(std430) readonly buffer BvhNodes { BvhNode nodes[]; };
+layout(std430) readonly buffer TrianglePositions { vec4 triangle_positions[]; };  // 3 a triangle, leaf order, w unused
+layout(std430) readonly buffer Triangles { uvec4 triangles[]; };                  // leaf order: 3 vertices, material
+
+struct Hit {
+    float t;            // in lengths of the ray's direction
+    uint triangle;      // place in leaf order
+    uvec3 vertices;
+    uint material;
+    vec2 barycentrics;  // weights of the second and third vertex
+};
+
+const uint LEAF_BIT = 0x80000000u;
+const uint FIRST_MASK = 0x0fffffffu;
+const uint NO_NODE = 0xffffffffu;  // the reference of a missing child, and the end of the traversal
+const uint NO_TRIANGLE = 0xffffffffu;
+const float MISSED = 3.4e38;  // above every finite distance; a missed box is entered at infinity
+
+RaySetup prepare_ray_for_scene(Ray ray) {
+    BvhNode root = nodes[0];
+    vec3 lo = min(vec3(root.x.x, root.y.x, root.z.x), vec3(root.x.z, root.y.z, root.z.z));
+    vec3 hi = max(vec3(root.x.y, root.y.y, root.z.y), vec3(root.x.w, root.y.w, root.z.w));
+    return prepare_ray(ray, lo, hi);
+}
+
+// Tests the triangles of a leaf; keeps the closest hit, of equally close ones the first in leaf order: coplanar
+// duplicates then look the same whatever the order of traversal.
+void intersect_leaf(uint leaf, RaySetup setup, Ray ray, inout Hit hit) {
+    uint first = leaf & FIRST_MASK, end = first + ((leaf >> 28) & 7u) + 1u;
+    for (uint i = first; i < end; ++i) {
+        vec3 a = triangle_positions[3u * i].xyz;
+        vec3 b = triangle_positions[3u * i + 1u].xyz;
+        vec3 c = triangle_positions[3u * i + 2u].xyz;
+        float t;
+        vec2 barycentrics;
+        if (!intersect_triangle(setup, ray.origin, a, b, c, ray.t_min, hit.t, t, barycentrics)) continue;
+        if (t == hit.t && i > hit.triangle) continue;
+#ifdef HAS_ALPHA_MASK
+        if (!alpha_passes(triangles[i].w, triangles[i].xyz, barycentrics, t)) continue;
+#endif
+        hit.t = t;
+        hit.triangle = i;
+        hit.barycentrics = barycentrics;
+    }
+}
+
+// `any_hit` is a constant at each call: the compiler makes two functions of this one.
+bool traverse(Ray ray, float t_max, const bool any_hit, out Hit hit) {
+    RaySetup setup = prepare_ray_for_scene(ray);
+    uint stack[BVH_STACK];
+    int top = 0;
+    uint node = 0u;
+    hit.t = t_max;
+    hit.triangle = NO_TRIANGLE;
+    hit.barycentrics = vec2(0.0);
+    while (node != NO_NODE) {
+        while (node < LEAF_BIT) {
+            BvhNode n = nodes[node];
+            vec2 enter = intersect_boxes(setup, n.x, n.y, n.z, ray.t_min, hit.t);
+            bool second_first = enter.y < enter.x;
+            // The farther child waits on the stack if it is hit: written always, kept by moving `top` (no branch).
+            stack[top] = second_first ? n.child.x : n.child.y;
+            top += int(max(enter.x, enter.y) < MISSED);
+            node = second_first ? n.child.y : n.child.x;
+            if (min(enter.x, enter.y) >= MISSED) {
+                --top;
+                node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
+            }
+        }
+        if (node == NO_NODE) break;
+        intersect_leaf(node, setup, ray, hit);
+        --top;
+        node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
+        if (any_hit && hit.triangle != NO_TRIANGLE) node = NO_NODE;
+    }
+    return hit.triangle != NO_TRIANGLE;
+}
+
+// The closest hit with t_min <= t <= t_max.
+bool trace_closest(Ray ray, float t_max, out Hit hit) {
+    bool found = traverse(ray, t_max, false, hit);
+    if (found) {
+        uvec4 triangle = triangles[hit.triangle];
+        hit.vertices = triangle.xyz;
+        hit.material = triangle.w;
+    }
+    return found;
+}
+
+// Whether anything lies at t_min <= t <= t_max.
+bool trace_any(Ray ray, float t_max) {
+    Hit unused;
+    return traverse(ray, t_max, true, unused);
+}

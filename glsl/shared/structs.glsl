@@ -1,0 +1,101 @@
+// Made by `python -m app.gpu.layout` from the dtypes there; do not edit.
+
+struct Vertex {  // 32 bytes
+    float px;  // @0  world position, m
+    float py;  // @4  
+    float pz;  // @8  
+    uint normal;  // @12  octahedral, snorm16x2
+    float u;  // @16  texture coordinate, v downwards
+    float v;  // @20  
+    uint tangent;  // @24  octahedral, snorm16x2; lowest bit of the high half: handedness is -1
+    uint material;  // @28  index into the materials
+};
+
+struct Material {  // 192 bytes
+    vec4 base_color;  // @0  linear factor; alpha multiplies the texture's
+    vec3 emissive;  // @16  linear radiance factor, strength included
+    float alpha_cutoff;  // @28  texels below are holes; 0: opaque
+    float metallic;  // @32  factor
+    float roughness;  // @36  factor, perceptual
+    float normal_scale;  // @40  of the tangent-space xy
+    float unused;  // @44  padding
+    uvec4 textures;  // @48  base colour, metallic-roughness, normal, emissive: texture: size class in bits 24.., layer in bits 0..15, wrap u and v in bits 16..17 and 18..19; NO_TEXTURE if none
+    vec4 uv_base_u;  // @64  row of the base colour's uv transform: u' = dot(xyz, (u, v, 1))
+    vec4 uv_base_v;  // @80  v'
+    vec4 uv_surface_u;  // @96  the same for metallic-roughness
+    vec4 uv_surface_v;  // @112  
+    vec4 uv_normal_u;  // @128  the same for the normal map
+    vec4 uv_normal_v;  // @144  
+    vec4 uv_emissive_u;  // @160  the same for emissive
+    vec4 uv_emissive_v;  // @176  
+};
+
+struct Light {  // 64 bytes
+    vec3 position;  // @0  world, m; unused for a sun
+    uint kind;  // @12  0 sun, 1 point, 2 spot
+    vec3 direction;  // @16  unit, world, the way the light travels
+    float inverse_range;  // @28  1/m; 0: unlimited
+    vec3 intensity;  // @32  linear colour times lux (sun) or candela
+    float spot_scale;  // @44  1 / (cos inner - cos outer)
+    float spot_offset;  // @48  -cos outer * spot_scale
+    uint casts_shadow;  // @52  1 for the one sun that the shadow map belongs to
+    uint unused0;  // @56  padding
+    uint unused1;  // @60  padding
+};
+
+struct Frame {  // 672 bytes
+    mat4 view;  // @0  world to view (-z forward)
+    mat4 view_proj;  // @64  world to clip, jittered (and sheared for the raster reference)
+    mat4 view_to_world;  // @128  inverse of view
+    mat4 prev_view_proj;  // @192  last frame's world to clip, without jitter
+    mat4 this_view_proj;  // @256  this frame's world to clip, without jitter
+    mat4 shadow_view_proj;  // @320  world to the sun's clip space
+    mat4 prev_view;  // @384  last frame's world to view
+    vec3 eye;  // @448  centre of the lens, world, m
+    float near_plane;  // @460  m
+    vec3 lens_eye;  // @464  the point rays of this raster frame start from: eye, or a lens point in the raster reference, m
+    float tan_half_fov_y;  // @476  
+    vec3 sky;  // @480  linear radiance straight up, or the flat background when unlit
+    float aperture;  // @492  lens diameter, m
+    vec3 ground;  // @496  linear radiance straight down
+    float focus_distance;  // @508  m, planar
+    vec2 size_px;  // @512  full resolution
+    vec2 inverse_size;  // @520  1/px
+    vec2 jitter_px;  // @528  sub-pixel offset of this frame's samples from the pixel centre, in -0.5..0.5
+    vec2 prev_jitter_px;  // @536  last frame's
+    float coc_scale_px;  // @544  K of coc_px = K (1/d - 1/z)
+    float inverse_focus;  // @548  1/d, 1/m; 0 at infinity
+    float max_coc_px;  // @552  largest CoC radius that the post-process reaches, px
+    float lens_anamorphic;  // @556  horizontal squeeze of the aperture: x is scaled by 1/this
+    float lens_rotation;  // @560  rad
+    float lens_aberration;  // @564  s of the area weight 1 + s(2t - 1), -1..1
+    uint frame_index;  // @568  counts from 0 at the last history reset
+    uint seed;  // @572  
+    vec3 sun_direction;  // @576  unit, world, the way its light travels
+    float exposure;  // @588  linear factor before tone mapping
+    uint light_count;  // @592  
+    uint samples_per_frame;  // @596  traced view: lens samples per pixel added this frame
+    uint slice_begin;  // @600  traced view: first row of this frame's slice, px
+    uint slice_end;  // @604  one past its last row
+    float ray_budget;  // @608  hybrid: mean rays per masked pixel
+    uint max_rays;  // @612  hybrid: most rays for one pixel
+    float mask_sensitivity;  // @616  s of the mask's saturating response
+    float focus_blend;  // @620  width of the near/far split, as CoC radius in px
+    float history_alpha;  // @624  smallest blend factor of the ray accumulation
+    float blend_hit_ratio;  // @628  far: rays count below this hit ratio
+    float blend_specular;  // @632  near: specular luminance at which the post-process wins
+    float taa_alpha;  // @636  blend factor of the newest frame
+    uint camera_moved;  // @640  1 if the view changed since last frame
+    uint history_valid;  // @644  0 right after a reset
+    uint hemisphere_samples;  // @648  padding
+    float overlay_range_lo;  // @652  value shown as the colour map's start
+    float overlay_range_hi;  // @656  value shown as its end
+    float compare_x_px;  // @660  split-screen bar; negative: none
+};
+
+struct BvhNode {  // 64 bytes
+    vec4 x;  // @0  lo and hi of child 0, lo and hi of child 1, m
+    vec4 y;  // @16  the same along y
+    vec4 z;  // @32  the same along z
+    uvec4 child;  // @48  x, y: references to child 0 and 1 (app/bvh/pack.py); z, w: unused
+};

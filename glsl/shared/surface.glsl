@@ -1,0 +1,94 @@
+// What a point of the scene is made of: the one reading of materials and textures that raster and rays share.
+// Level of detail, one rule for both: footprint_uv = sqrt(uv area / world area of the triangle) * planar depth * 2 tan(fov/2) / H,
+// isotropic; times the texture's size it is the pixel in texels.
+#include "shared/scene.glsl"
+#include "lib/octahedral.glsl"
+
+struct Surface {
+    vec3 position;     // world, m
+    vec3 normal;       // unit, on the viewer's side
+    vec3 base_color;   // linear
+    float metallic;
+    float roughness;   // perceptual
+    vec3 emissive;     // linear radiance
+};
+
+// Averaged alpha loses coverage level by level, and leaves thin out with distance: this much is given back per level
+// (Golus 2017, "Anti-aliased alpha test", mip level alpha scale).
+const float ALPHA_GAIN_PER_LEVEL = 0.25;
+
+// Base colour; a: alpha to compare with the cut-off.
+vec4 base_color_at(uint material, vec2 uv, float footprint_uv) {
+    vec4 color = materials[material].base_color;
+#if TEXTURED
+    uint slot = materials[material].textures.x;
+    if (slot != NO_TEXTURE) {
+        Texel texel = texel_of(slot, materials[material].uv_base_u, materials[material].uv_base_v, uv, footprint_uv);
+        color *= read_color(texel);
+        color.a *= 1.0 + ALPHA_GAIN_PER_LEVEL * texel.lod;
+    }
+#endif
+    return color;
+}
+
+// False where a masked material has a hole.
+bool alpha_passes(uint material, vec2 uv, float footprint_uv) {
+#if ALPHA_MASKED
+    float cutoff = materials[material].alpha_cutoff;
+    return cutoff == 0.0 || base_color_at(material, uv, footprint_uv).a >= cutoff;
+#else
+    return true;
+#endif
+}
+
+// The normal with its map applied; `side` is +1 seen from the side the normals point to, else -1.
+vec3 normal_at(uint material, float side, vec3 normal, vec4 tangent, vec2 uv, float footprint_uv) {
+    vec3 n = normalize(normal);
+#if NORMAL_MAPPED
+    uint slot = materials[material].textures.z;
+    if (slot != NO_TEXTURE) {
+        Texel texel = texel_of(slot, materials[material].uv_normal_u, materials[material].uv_normal_v, uv, footprint_uv);
+        vec3 bump = 2.0 * read_data(texel).xyz - 1.0;
+        bump.xy *= materials[material].normal_scale;
+        vec3 t = tangent.xyz - n * dot(n, tangent.xyz);
+        t *= inversesqrt(max(dot(t, t), 1e-12));
+        n = normalize(t * bump.x + cross(n, t) * (tangent.w * bump.y) + n * max(bump.z, 1e-3));
+    }
+#endif
+    return n * side;
+}
+
+vec3 emissive_at(uint material, vec2 uv, float footprint_uv) {
+#if EMISSIVE
+    vec3 radiance = materials[material].emissive;
+#if TEXTURED
+    uint slot = materials[material].textures.w;
+    if (slot != NO_TEXTURE) radiance *= read_color(texel_of(slot, materials[material].uv_emissive_u, materials[material].uv_emissive_v, uv, footprint_uv)).rgb;
+#endif
+    return radiance;
+#else
+    return vec3(0.0);
+#endif
+}
+
+// x: metallic, y: roughness.
+vec2 metallic_roughness_at(uint material, vec2 uv, float footprint_uv) {
+    vec2 value = vec2(materials[material].metallic, materials[material].roughness);
+#if TEXTURED && LIT
+    uint slot = materials[material].textures.y;
+    if (slot != NO_TEXTURE) value *= read_data(texel_of(slot, materials[material].uv_surface_u, materials[material].uv_surface_v, uv, footprint_uv)).bg;
+#endif
+    return value;
+}
+
+// The surface whose base colour is already known (the alpha test reads it first).
+Surface surface_of(vec3 base_color, uint material, vec3 position, float side, vec3 normal, vec4 tangent, vec2 uv, float footprint_uv) {
+    vec2 metallic_roughness = metallic_roughness_at(material, uv, footprint_uv);
+    return Surface(
+        position, normal_at(material, side, normal, tangent, uv, footprint_uv), base_color,
+        metallic_roughness.x, metallic_roughness.y, emissive_at(material, uv, footprint_uv));
+}
+
+Surface surface_at(uint material, vec3 position, float side, vec3 normal, vec4 tangent, vec2 uv, float footprint_uv) {
+    return surface_of(base_color_at(material, uv, footprint_uv).rgb, material, position, side, normal, tangent, uv, footprint_uv);
+}

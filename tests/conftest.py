@@ -1,0 +1,40 @@
+"""What all tests share: one OpenGL context for the whole session, and the optional real scenes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+os.environ.setdefault("HYBRID_DOF_CACHE", str(Path(__file__).parent / ".cache"))
+
+SHARED_SCENES = Path(__file__).parents[2] / "shared" / "scenes"
+
+
+@pytest.fixture(scope="session")
+def ctx() -> Iterator[object]:
+    """The session's only OpenGL context (two in one process confuse driver state)."""
+    from app.gpu.context import headless_context
+
+    context = headless_context()
+    yield context
+    context.release()
+
+
+@pytest.fixture(autouse=True)
+def no_gl_error(request: pytest.FixtureRequest) -> Iterator[None]:
+    """GL errors never raise by themselves: each test that touched the context must leave it clean."""
+    yield
+    if "ctx" in request.fixturenames:
+        context = request.getfixturevalue("ctx")
+        assert context.error == "GL_NO_ERROR"
+
+
+@pytest.fixture(scope="session")
+def shared_scenes() -> Path:
+    """The folder of real scenes that lies beside a developer's checkout."""
+    if not SHARED_SCENES.is_dir():
+        pytest.skip("the real scenes are not beside this checkout (they are not ours to ship)")
+    return SHARED_SCENES
