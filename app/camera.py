@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pyrr import matrix44, quaternion, vector3
 
 from .errors import UserError
+from .settings import Lens
 
 Array = NDArray[np.float64]
 Vec3 = tuple[float, float, float]
@@ -83,7 +84,9 @@ def look_at(eye: Vec3, target: Vec3, up: Vec3 = (0.0, 1.0, 0.0), fov_y_deg: floa
     if not np.isfinite(numbers).all():
         raise UserError("the camera has a number that is not finite")
     direction = np.subtract(target, eye)
-    distance = float(np.linalg.norm(direction))
+    distance = math.hypot(*direction)
+    if not math.isfinite(distance):
+        raise UserError("the camera's eye and target are too far apart")
     if distance < 1e-12:
         raise UserError("the camera's eye and target coincide; give a target in front of it")
     if not 0.0 < fov_y_deg < 180.0:
@@ -132,26 +135,41 @@ def read_viewpoint(path: str | Path) -> Viewpoint:
         values = json.loads(path.read_text())
     except OSError as error:
         raise UserError(f"camera file {path}: {error.strerror or error}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise UserError(f"camera file {path} is not JSON: {error}") from None
     try:
-        vectors = [tuple(float(x) for x in values[key]) for key in ("eye", "target")]
-        up = tuple(float(x) for x in values.get("up", (0.0, 1.0, 0.0)))
-        optional = [None if values.get(key) is None else float(values[key]) for key in ("focus_distance", "aperture")]
-        fov = float(values.get("fov_y_deg", 45.0))
-        if any(len(v) != 3 for v in (*vectors, up)):
-            raise ValueError
-    except (TypeError, ValueError, KeyError, AttributeError):
-        raise UserError(f'camera file {path} needs "eye" and "target" as three numbers each (and "up", "fov_y_deg" if given as numbers)') from None
-    try:
-        camera = look_at(vectors[0], vectors[1], up, fov)  # type: ignore[arg-type]
+        eye, target, up = _vector(values["eye"]), _vector(values["target"]), _vector(values.get("up", (0.0, 1.0, 0.0)))
+        fov_y_deg = float(values.get("fov_y_deg", 45.0))
+        focus_distance, aperture = _lens_value(values, "focus_distance"), _lens_value(values, "aperture")
+        return Viewpoint(look_at(eye, target, up, fov_y_deg), focus_distance, aperture, path.stem)
     except UserError as error:
         raise UserError(f"camera file {path}: {error}") from None
-    return Viewpoint(camera, optional[0], optional[1], path.stem)
+    except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
+        raise UserError(
+            f'camera file {path} needs "eye" and "target" as three numbers each (and "up", "fov_y_deg", "focus_distance", '
+            '"aperture" as numbers if given)'
+        ) from None
+
+
+def _vector(values: list[float]) -> Vec3:
+    if isinstance(values, str):
+        raise ValueError(values)
+    x, y, z = map(float, values)
+    return (x, y, z)
+
+
+def _lens_value(values: dict[str, float | None], key: str) -> float | None:
+    """A lens setting that the file may carry; it must lie in that setting's range."""
+    if (given := values.get(key)) is None:
+        return None
+    value, range_ = float(given), Lens.__dataclass_fields__[key].metadata
+    if not range_["low"] <= value <= range_["high"]:
+        raise UserError(f"{key} is {value:g}; give a value from {range_['low']:g} to {range_['high']:g}")
+    return value
 
 
 def write_viewpoint(path: str | Path, view: Viewpoint) -> None:
-    """Write a camera file that `read_viewpoint` reads back."""
+    """Write a camera file that `read_viewpoint` reads back. Raises UserError."""
     camera = view.camera
     values = {
         "eye": list(camera.eye),
@@ -161,7 +179,10 @@ def write_viewpoint(path: str | Path, view: Viewpoint) -> None:
         "focus_distance": view.focus_distance,
         "aperture": view.aperture,
     }
-    Path(path).write_text(json.dumps({k: v for k, v in values.items() if v is not None}, indent=1) + "\n")
+    try:
+        Path(path).write_text(json.dumps({k: v for k, v in values.items() if v is not None}, indent=1) + "\n")
+    except OSError as error:
+        raise UserError(f"cannot write the camera file {path}: {error.strerror or error}") from None
 
 
 def _vec(array: Array) -> Vec3:

@@ -115,18 +115,21 @@ def info(options: argparse.Namespace) -> int:
     report = scene.report
     low, high = scene_bounds(triangles)
     begin = time.perf_counter()
-    bvh = load_or_build(triangles.positions, triangles.indices, _progress)
+    bvh, cache_notes = load_or_build(triangles.positions, triangles.indices, _progress)
     bvh_seconds = time.perf_counter() - begin
     print(f"{options.scene}: {report.triangles} triangles, {report.vertices} vertices, loaded in {report.seconds:.2f} s")
     print(f"  meshes {len(scene.meshes)}, instances {len(scene.instances)}, materials {len(scene.materials)}, images {len(scene.images)}, lights {len(scene.lights)}, cameras {len(scene.cameras)}")
     print(f"  bounds from ({low[0]:.3g}, {low[1]:.3g}, {low[2]:.3g}) to ({high[0]:.3g}, {high[1]:.3g}, {high[2]:.3g}) m")
     print(f"  degenerate triangles dropped: {report.degenerate}; drawn: {len(triangles.indices)}")
-    print(f"  BVH: {bvh.describe()}, ready in {bvh_seconds:.2f} s")
+    print(
+        f"  BVH: {bvh.stats.inner_nodes} inner nodes, {bvh.stats.leaves} leaves, depth {bvh.depth}, SAH cost {bvh.stats.sah_cost:.1f} triangle tests; "
+        f"ready in {bvh_seconds:.2f} s (built in {bvh.stats.seconds:.2f} s)"
+    )
     vertex_bytes, index_bytes = 32 * len(triangles.positions), 12 * len(triangles.indices)
-    print(f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh.nbytes)}, images {_mib(sum(i.pixels.nbytes for i in scene.images))} (as 8-bit)")
+    print(f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh.nodes.nbytes + 16 * len(bvh.order))}, images {_mib(sum(i.pixels.nbytes for i in scene.images))} (as 8-bit)")
     for camera in scene.cameras:
         print(f"  camera {camera.name or '(unnamed)'}: {camera.fov_y_deg:.1f} degrees" + (f", focus {camera.focus_distance:g} m" if camera.focus_distance else ""))
-    for note in report.notes:
+    for note in (*report.notes, *cache_notes):
         print(f"  note: {note}")
     return 0
 

@@ -68,6 +68,8 @@ class Renderer:
         facts = self._begin_frame(view, camera, settings, time_budget_ms)
         plan = self._planned(view, settings, facts)
         inputs = self._inputs(view, camera, settings, plan, time_budget_ms)
+        if any(dict(call.defines).get("SHADOWS") for call in plan.calls):
+            self.scene.update_shadow()
         self._frame_buffer.write(frame_block(inputs).tobytes())
         for name in {b for call in plan.calls for b in call.step.fills}:
             self._targets.begin_buffer(name)
@@ -201,8 +203,10 @@ class Renderer:
 
     def _run(self, call: Call, inputs: FrameInputs) -> None:
         step = call.step
-        scene_defines = self.scene.ray_defines(self.progress_callback) if step.rays else ()
-        compiled = self._programs.get(step.shader, (*call.defines, *scene_defines), call.writes if step.kind == "raster" else ())
+        if step.rays:
+            self.scene.ensure_bvh(self.progress_callback)
+        defines = (*call.defines, *self.scene.defines.items()) if step.scene else call.defines
+        compiled = self._programs.get(step.shader, defines, call.writes if step.kind == "raster" else ())
         check_names(call, compiled)
         self._bind(call, compiled)
         if step.kind == "raster":

@@ -32,7 +32,7 @@ def open_scene(name: str, progress: Progress | None = None) -> tuple[Scene, Tria
 def load_gpu_scene(ctx: moderngl.Context, name: str, progress: Progress | None = None) -> tuple[Scene, GpuScene]:
     """Load a scene and upload it. The BVH is built, or read from the cache, when rays are first asked for."""
     scene, triangles = open_scene(name, progress)
-    build = lambda report=None: load_or_build(triangles.positions, triangles.indices, report)  # noqa: E731
+    build = lambda report=None: load_or_build(triangles.positions, triangles.indices, report)[0]  # noqa: E731
     return scene, GpuScene(ctx, scene, triangles, build)
 
 

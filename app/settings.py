@@ -6,7 +6,6 @@ A new setting is one line here. Settings are frozen values: `put` returns change
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
@@ -133,10 +132,10 @@ def walk(group: Any, prefix: str = "") -> Iterator[tuple[str, Field[Any], Any]]:
 
 def put(group: Any, path: str, value: Any) -> Any:
     """A copy of `group` with the leaf at the dotted `path` replaced. Raises UserError for an unknown path."""
-    head, _, rest = path.partition(".")
-    if head not in {f.name for f in fields(group)}:
+    head, dot, rest = path.partition(".")
+    if not is_dataclass(group) or head not in {f.name for f in fields(group)}:
         raise UserError(f"there is no setting {path!r}")
-    return replace(group, **{head: put(getattr(group, head), rest, value) if rest else value})
+    return replace(group, **{head: put(getattr(group, head), rest, value) if dot else value})  # type: ignore[type-var]
 
 
 def parse(path: str, text: str, leaf: Field[Any]) -> Any:
@@ -200,6 +199,6 @@ def from_dict(values: Mapping[str, Any], base: Settings | None = None) -> Settin
     return result
 
 
-def history_key(settings: Settings) -> str:
+def history_key(settings: Settings) -> tuple[Any, ...]:
     """Equal for two settings exactly if samples accumulated under one are valid under the other."""
-    return json.dumps({path: plain(value) for path, leaf, value in walk(settings) if leaf.metadata["resets"]}, sort_keys=True)
+    return tuple(value for _, leaf, value in walk(settings) if leaf.metadata["resets"])

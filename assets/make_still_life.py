@@ -22,7 +22,7 @@ EYE, TARGET = np.array([0.16, 1.04, 1.15]), np.array([0.025, 0.89, 0.0])
 FOV_Y = np.radians(32.0)
 TABLE = 0.75  # height of the table top
 VASE = np.array([-0.07, TABLE, 0.02])
-FOCUS_POINT = VASE + [0.02, 0.13, 0.083]  # the painted belly of the vase, on the side that faces the lens
+FOCUS_POINT = VASE + np.array([0.02, 0.13, 0.083])  # the painted belly of the vase, on the side that faces the lens
 APERTURE = 0.03  # strong, yet the leaves nearest to the lens blur over less than a tenth of the image height
 REPEAT, CLAMP = 0, 1  # samplers
 
@@ -85,11 +85,15 @@ def build_subject(writer: GlbWriter) -> None:
         "ebony queen": (queen, ebony),
     }
     meshes = {name: writer.mesh(name, *piece) for name, piece in pieces.items()}
-    for name, x, z in (
-        ("gold queen", 0.11, 0.10), ("gold pawn", 0.17, 0.16), ("gold pawn", 0.05, 0.17), ("gold pawn", 0.24, 0.06),
-        ("ebony queen", 0.27, -0.05), ("ebony pawn", 0.16, -0.04), ("ebony pawn", 0.34, 0.02), ("ebony pawn", 0.22, -0.11),
-    ):  # fmt: skip
-        writer.node(name, place(x, TABLE + 0.0045, z), mesh=meshes[name])
+    standing = {
+        "gold queen": ((0.11, 0.10),),
+        "gold pawn": ((0.17, 0.16), (0.05, 0.17), (0.24, 0.06)),
+        "ebony queen": ((0.27, -0.05),),
+        "ebony pawn": ((0.16, -0.04), (0.34, 0.02), (0.22, -0.11)),
+    }
+    for name, spots in standing.items():
+        for x, z in spots:
+            writer.node(name, place(x, TABLE + 0.0045, z), mesh=meshes[name])
     writer.node(
         "ball", place(-0.23, TABLE + 0.045, 0.14), mesh=writer.mesh("ball", shapes.sphere(0.045, 48, 28), chrome)
     )

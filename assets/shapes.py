@@ -130,7 +130,7 @@ def box(low: F64, high: F64, uv_per_metre: float = 1.0) -> Shape:
 
 
 def leaf_card(length: float, width: float, bend: float, cells: int = 4) -> Shape:
-    """A card from the origin along +y, arched by `bend` (fraction of its length) towards -z and folded along its rib."""
+    """A card from the origin along +y, arched towards -z by `bend` (of its length) and folded along its rib."""
     t = np.linspace(0.0, 1.0, cells + 1)
     u, v = (a.ravel() for a in np.meshgrid(np.linspace(0.0, 1.0, 3), t))
     fold = 0.12 * width * np.abs(2 * u - 1)

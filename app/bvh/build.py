@@ -2,7 +2,7 @@
 
 Degenerate input, by name, and what becomes of it:
   no triangle          one node without children: every ray misses
-  one triangle         one node with one leaf and one missing child
+  one triangle         one node with the same leaf twice
   coincident centroids (duplicates, concentric triangles) no plane separates them: the run is cut in the middle
   zero-extent nodes    (flat boxes, points) area 0 makes all planes equally cheap: the first separating one is taken,
                        and with no separating plane the run is cut in the middle
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import log2
 from time import perf_counter
 
 import numpy as np
@@ -82,7 +83,8 @@ def build_bvh(positions: F32, indices: NDArray[np.uint32], progress: Progress | 
     box = _triangle_boxes(positions, indices)
     total = box.shape[1]
     order = np.empty(total, np.uint32)
-    level = _Level(*np.array([[0], [total], [0]]), np.arange(total, dtype=np.uint32), box)
+    zero = np.zeros(1, np.intp)
+    level = _Level(zero, zero + total, zero, np.arange(total, dtype=np.uint32), box)
     settled: list[_Children] = []
     depth, inner_nodes = 0, 0
     while level.triangle.size:
@@ -138,7 +140,9 @@ def _halvings(count: Index) -> Index:
 def _is_leaf(count: Index, area: F32, split_cost: F32, halve: NDArray[np.bool_], depth: int) -> NDArray[np.bool_]:
     """Small nodes that are cheaper whole than cut. A root of two or more triangles is cut, to have two children."""
     cheaper_whole = halve | (split_cost + np.float32(NODE_COST) * area >= area * count)
-    return (count == 1) | ((count <= LEAF_SIZE) & cheaper_whole & (depth > 0))
+    small = (count <= LEAF_SIZE) & cheaper_whole & (depth > 0)
+    leaf: NDArray[np.bool_] = (count == 1) | small
+    return leaf
 
 
 def _partition(
@@ -148,13 +152,12 @@ def _partition(
     members = np.flatnonzero(kept[segments.owner])
     part = Segments.of(segments.count[kept])
     right = right[members]
-    rights_before = np.cumsum(right) - right
-    rights_before -= rights_before[part.first][part.owner] if part.count.size else 0
-    right_count = np.add.reduceat(right, part.first, dtype=np.intp) if part.count.size else part.count
+    rights = np.concatenate([[0], np.cumsum(right)])  # rights[i]: how many before member i go right
+    right_count = rights[part.first + part.count] - rights[part.first]
     left_count = part.count - right_count
-    place = part.first[part.owner] + np.where(
-        right, left_count[part.owner] + rights_before, part.rank() - rights_before
-    )
+    rank_right = rights[:-1] - rights[part.first][part.owner]
+    rank = np.where(right, left_count[part.owner] + rank_right, part.rank() - rank_right)
+    place = part.first[part.owner] + rank
     source = np.empty_like(members)
     source[place] = members
     start = level.start[kept]
@@ -170,11 +173,11 @@ def _partition(
 def _fraction_done(total: int, open_counts: Index) -> float:
     """Share of the work done: a node of n triangles still costs about n log2(n)."""
     left = float(np.sum(open_counts * np.log2(open_counts + 1.0)))
-    return 1.0 - left / (total * np.log2(total + 1.0))
+    return 1.0 - left / (total * log2(total + 1.0))
 
 
 def _assemble(settled: list[_Children], inner_nodes: int) -> tuple[NDArray[np.void], int, float]:
-    """Nodes, number of leaves and SAH cost. The root has no parent; a lone leaf becomes child 0 of an empty root."""
+    """Nodes, number of leaves and SAH cost. The root has no parent; a lone leaf becomes both its children."""
     nodes = empty_nodes(max(inner_nodes, 1))
     if not settled:
         return nodes, 0, 0.0
@@ -183,6 +186,8 @@ def _assemble(settled: list[_Children], inner_nodes: int) -> tuple[NDArray[np.vo
     slot = np.concatenate([c.slot for c in below])
     reference = np.concatenate([c.reference for c in below])
     box = np.concatenate([c.box for c in below], axis=1)
+    if not inner_nodes:
+        set_children(nodes, slot + 1, reference, box)
     set_children(nodes, slot, reference, box)
     leaf = is_leaf(reference)
     work = np.where(leaf, leaf_range(reference)[1], NODE_COST)

@@ -1,7 +1,7 @@
 """Trees on disk, keyed by what they were built from, so that a scene opens quickly the second time.
 
-The cache may fail in any way (unreadable, corrupt, read-only, full, removed while in use): the tree is then built, and a
-note says why. It never stops the program.
+The cache may fail in any way (unreadable, corrupt, read-only, full, removed while in use): the tree is then built, and
+a note says why. It never stops the program.
 """
 
 from __future__ import annotations
@@ -63,10 +63,10 @@ def load_or_build(
 
 def content_key(positions: F32, indices: NDArray[np.uint32]) -> str:
     """A hash of everything the tree depends on: geometry, builder version and parameters."""
-    parameters = (build.BUILDER_VERSION, build.LEAF_SIZE, build.NODE_COST, build.MAX_DEPTH, positions.shape, indices.shape)
-    digest = blake2b(repr(parameters).encode(), digest_size=16)
-    digest.update(np.ascontiguousarray(positions, np.float32))
-    digest.update(np.ascontiguousarray(indices, np.uint32))
+    builder = (build.BUILDER_VERSION, build.LEAF_SIZE, build.NODE_COST, build.MAX_DEPTH)
+    digest = blake2b(repr((builder, positions.shape, indices.shape)).encode(), digest_size=16)
+    digest.update(np.ascontiguousarray(positions, np.float32).data)
+    digest.update(np.ascontiguousarray(indices, np.uint32).data)
     return digest.hexdigest()
 
 

@@ -24,11 +24,11 @@ class Hits:
     barycentrics: F64  # (r, 2) weights of the second and third vertex
 
 
-def pair_hits(origins: F64, directions: F64, corners: F64) -> tuple[F64, F64, F64]:
-    """Distance and weights (v, w) of each ray's crossing with the plane of its own triangle; broadcasts over leading axes.
+def intersect_triangle(origins: F64, directions: F64, corners: F64) -> tuple[F64, F64, F64]:
+    """Distance and weights (v, w) of each ray's crossing with its own triangle's plane; broadcasts over leading axes.
 
-    `corners` (..., 3 vertices, 3). A crossing is inside where v, w and 1 - v - w are all >= 0. Rays parallel to the plane
-    give NaN or infinity.
+    `corners` (..., 3 vertices, 3). A crossing is inside where v, w and 1 - v - w are all >= 0. Rays parallel to the
+    plane give NaN or infinity.
     """
     a, b, c = (corners[..., i, :] for i in range(3))
     edge1, edge2 = b - a, c - a
@@ -43,6 +43,25 @@ def pair_hits(origins: F64, directions: F64, corners: F64) -> tuple[F64, F64, F6
     return t, v, w
 
 
+def edge_function(a: F64, b: F64) -> F64:
+    """Twin of the shader's: a.x b.y - a.y b.x, (..., 2). Its sign is exact for float32 values: products fit 53 bits."""
+    area: F64 = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return area
+
+
+def intersect_boxes(origins: F64, directions: F64, lo: F64, hi: F64, t_min: float, t_max: float) -> F64:
+    """Entry distance of each ray into its own box, all (..., 3); inf where missed. Faces belong to the box."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        planes = np.stack([lo - origins, hi - origins]) / directions
+    parallel = directions == 0
+    within = (lo <= origins) & (origins <= hi)
+    enter = np.where(parallel, np.where(within, -np.inf, np.inf), planes.min(axis=0)).max(axis=-1)
+    leave = np.where(parallel, np.where(within, np.inf, -np.inf), planes.max(axis=0)).min(axis=-1)
+    enter, leave = np.maximum(enter, t_min), np.minimum(leave, t_max)
+    entry: F64 = np.where(enter <= leave, enter, np.inf)
+    return entry
+
+
 def brute_force(
     origins: F64, directions: F64, corners: F64, t_min: float = 0.0, t_max: float = np.inf, slack: float = 0.0
 ) -> Hits:
@@ -55,8 +74,9 @@ def brute_force(
     step = max(1, CHUNK // max(len(corners), 1))
     for begin in range(0, rays if len(corners) else 0, step):
         part = slice(begin, begin + step)
-        t, v, w = pair_hits(origins[part, None], directions[part, None], corners[None])
-        inside = (v >= -slack) & (w >= -slack) & (v + w <= 1.0 + slack) & (t >= t_min) & (t <= t_max)
+        t, v, w = intersect_triangle(origins[part, None], directions[part, None], corners[None])
+        with np.errstate(invalid="ignore"):  # NaN: parallel to the plane, hence outside
+            inside = (v >= -slack) & (w >= -slack) & (v + w <= 1.0 + slack) & (t >= t_min) & (t <= t_max)
         t = np.where(inside, t, np.inf)
         nearest = np.argmin(t, axis=1)
         row = np.arange(len(nearest))

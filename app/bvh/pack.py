@@ -16,7 +16,7 @@ LEAF_BIT = 1 << 31  # set: a leaf; clear: the index of an inner node
 FIRST_BITS = 28  # bits 0..27 of a leaf: its first triangle, in leaf order
 MAX_TRIANGLES = 1 << FIRST_BITS
 MAX_LEAF = 1 << (31 - FIRST_BITS)  # bits 28..30 of a leaf: its triangle count - 1
-NO_CHILD = 0xFFFFFFFF  # the empty half of a one-triangle tree; its box cannot be hit
+NO_CHILD = 0xFFFFFFFF  # both children of the tree without triangles: the traversal ends there
 
 # Name -> (GLSL type, meaning): `app/gpu/layout.py` prints this as the GLSL struct.
 BVH_NODE_FIELDS: dict[str, tuple[str, str]] = {
@@ -29,18 +29,17 @@ BVH_NODE_FIELDS: dict[str, tuple[str, str]] = {
 BVH_NODE = np.dtype([("x", "<f4", 4), ("y", "<f4", 4), ("z", "<f4", 4), ("child", "<u4", 4)])
 assert BVH_NODE.itemsize == 64
 
-# An empty box: its near plane lies beyond its far plane for every ray. Finite, so that no slab becomes NaN.
-EMPTY_LO, EMPTY_HI = np.float32(1e18), np.float32(-1e18)
-
 
 def leaf_reference(first: NDArray[Any], count: NDArray[Any]) -> NDArray[np.uint32]:
     """References to leaves of `count` (1..8) triangles that start at `first` in leaf order."""
-    return (LEAF_BIT | (count.astype(np.int64) - 1) << FIRST_BITS | first).astype(np.uint32)
+    bits = LEAF_BIT | (count.astype(np.int64) - 1) << FIRST_BITS | first.astype(np.int64)
+    return bits.astype(np.uint32)
 
 
 def is_leaf(reference: NDArray[np.uint32]) -> NDArray[np.bool_]:
     """True for leaves, False for inner nodes and for `NO_CHILD`."""
-    return (reference >= LEAF_BIT) & (reference != NO_CHILD)
+    leaf: NDArray[np.bool_] = (reference >= LEAF_BIT) & (reference != NO_CHILD)
+    return leaf
 
 
 def leaf_range(reference: NDArray[np.uint32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -52,8 +51,6 @@ def leaf_range(reference: NDArray[np.uint32]) -> tuple[NDArray[np.int64], NDArra
 def empty_nodes(count: int) -> NDArray[Any]:
     """`count` BVH_NODE records whose children are all missing."""
     nodes = np.zeros(count, BVH_NODE)
-    for axis in "xyz":
-        nodes[axis] = (EMPTY_LO, EMPTY_HI, EMPTY_LO, EMPTY_HI)
     nodes["child"][:, :2] = NO_CHILD
     return nodes
 

@@ -20,6 +20,8 @@ Index = NDArray[np.intp]
 # (bins, smallest node that gets them). Bins beyond the number of triangles buy nothing and cost memory per node.
 BIN_CLASSES: tuple[tuple[int, int], ...] = ((32, 1024), (16, 32), (8, 8), (4, 0))
 
+SMALLEST_EXTENT = np.float32(1e-35)  # m: its inverse times the number of bins stays finite
+
 
 @dataclass(frozen=True)
 class Segments:
@@ -53,7 +55,8 @@ class Split:
 def half_area(box: F32) -> F32:
     """Half the surface area of boxes (6, ...); 0 for empty ones."""
     x, y, z = np.maximum(-(box[:3] + box[3:]), np.float32(0))
-    return x * y + y * z + z * x
+    area: F32 = x * y + y * z + z * x
+    return area
 
 
 def best_splits(segments: Segments, box: F32, centroid: F32) -> Split:
@@ -95,8 +98,8 @@ def _bin_indices(bins: int, segments: Segments, centroid: F32) -> NDArray[np.uin
     for axis, c in enumerate(centroid):
         lo = np.minimum.reduceat(c, segments.first)
         extent = np.maximum.reduceat(c, segments.first) - lo
-        # Extents below the smallest normal number would make the scale infinite: treat them as zero extent.
-        scale = np.where(extent > np.finfo(np.float32).tiny * bins, bins / np.maximum(extent, 1e-30), 0).astype(np.float32)
+        # Extents too small to invert in float32 count as none: all centroids then share a bin.
+        scale = np.where(extent > SMALLEST_EXTENT, bins / np.maximum(extent, SMALLEST_EXTENT), 0).astype(np.float32)
         position = (c - lo[segments.owner]) * scale[segments.owner]
         result[axis] = np.minimum(position, bins - 1)
     return result
@@ -106,10 +109,9 @@ def _plane_costs(bins: int, segments: Segments, box: F32, bin_of: NDArray[np.uin
     """SAH cost of each plane between two bins, (bins - 1, k); inf where one side would be empty."""
     nodes = segments.count.size
     cell = bin_of.astype(np.intp) * nodes + segments.owner  # bin-major: sums over bins then run over whole rows
-    boxes = np.full((6, bins * nodes), np.inf, np.float32)
-    for target, row in zip(boxes, box, strict=True):
+    boxes: F32 = np.full((6, bins, nodes), np.inf, np.float32)
+    for target, row in zip(boxes.reshape(6, -1), box, strict=True):
         np.minimum.at(target, cell, row)
-    boxes = boxes.reshape(6, bins, nodes)
     count = np.bincount(cell, minlength=bins * nodes).reshape(bins, nodes).astype(np.float32)
     left_count = np.cumsum(count, axis=0)[:-1]
     right_count = segments.count.astype(np.float32) - left_count

@@ -35,6 +35,7 @@ HYBRID = (
         buffers=("RayWork",),
         writes=("trace_near", "trace_far", "trace_position"),
         indirect=("RayWork", 0),
+        scene=True,
         rays=True,
         needed=partly_occluded,
         defines=trace_defines,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..optics import IN_FOCUS_COC_PX
 from ..scene.facts import Facts
 from ..settings import Settings
+from .raster import lit
 from .records import Defines, Need, Pass
 
 
@@ -28,30 +29,45 @@ def gather_defines(settings: Settings, facts: Facts) -> Defines:
     return (*lens_defines(settings, facts), ("RINGS", settings.post.rings))
 
 
-def median(settings: Settings, facts: Facts) -> Defines:
+def layer_defines(settings: Settings, facts: Facts) -> Defines:
+    """Beside those, where half resolution takes over: later if slight defocus has its own full-resolution gather."""
+    return (*gather_defines(settings, facts), ("SLIGHT_FOCUS", int(settings.post.slight_focus)))
+
+
+def median_defines(settings: Settings, facts: Facts) -> Defines:
     """Whether the 3x3 median filters or just passes on."""
-    return (("MEDIAN", int(settings.post.median)),)
+    return (("MEDIAN", int(settings.post.median)), ("RINGS", settings.post.rings))
 
 
-def slight_focus(settings: Settings, facts: Facts) -> Defines:
-    """Whether slight defocus has its own full-resolution gather."""
-    return (*lens_defines(settings, facts), ("SLIGHT_FOCUS", int(settings.post.slight_focus)))
+def specular(settings: Settings, facts: Facts) -> bool:
+    """Whether there is any specular light to keep apart."""
+    return lit(settings)
 
 
 POST = (
     Pass("tiles", "dof/tiles.comp", reads=("coc",), writes=("tiles",), group=(1, 1), needed=blurred),
     Pass("dilate_rows", "dof/dilate.comp", reads=("extent=tiles",), writes=("tiles_row",), defines=lambda s, f: (("AXIS", 0),), needed=blurred),
     Pass("dilate_columns", "dof/dilate.comp", reads=("extent=tiles_row",), writes=("tiles_dilated",), defines=lambda s, f: (("AXIS", 1),), needed=blurred),
-    Pass("downsample", "dof/downsample.comp", reads=("lit", "coc"), writes=("half_color",), needed=blurred),
-    Pass("presort", "dof/presort.comp", reads=("half_color", "tiles_dilated"), writes=("prefiltered", "presort"), needed=blurred, defines=lens_defines),
-    Pass("gather", "dof/gather.comp", reads=("prefiltered", "presort", "tiles_dilated"), writes=("near_gather", "far_gather"), needed=blurred, defines=gather_defines),
-    Pass("median", "dof/median.comp", reads=("near_gather", "far_gather"), writes=("near_blur", "far_blur"), needed=blurred, defines=median),
+    Pass("downsample", "dof/downsample.comp", reads=("lit", "coc"), writes=("half_color",), writes_if=(("half_specular", specular),), needed=blurred),
+    Pass("prefilter", "dof/prefilter.comp", reads=("half_color",), writes=("prefiltered",), needed=blurred, defines=gather_defines),
+    Pass(
+        "gather",
+        "dof/gather.comp",
+        reads=("prefiltered", "tiles_dilated"),
+        optional=("half_specular",),
+        writes=("near_gather", "far_gather"),
+        writes_if=(("near_specular", specular),),
+        needed=blurred,
+        defines=layer_defines,
+    ),
+    Pass("median", "dof/median.comp", reads=("near_gather", "far_gather", "tiles_dilated"), writes=("near_blur", "far_blur"), needed=blurred, defines=median_defines),
     Pass(
         "post",
         "dof/post.comp",
-        reads=("lit", "coc", "near_blur", "far_blur", "tiles_dilated"),
+        reads=("lit", "coc", "near_blur", "far_blur", "prefiltered", "tiles_dilated"),
+        optional=("near_specular",),
         writes=("post",),
         needed=blurred,
-        defines=slight_focus,
+        defines=layer_defines,
     ),
 )

@@ -38,11 +38,12 @@ RASTER = (
         "gbuffer",
         "raster/gbuffer",
         kind="raster",
+        scene=True,
         writes=("base_color", "normal", "depth"),
         writes_if=(("emissive", lambda settings, facts: facts.emissive),),
         defines=shading_defines,
     ),
     Pass("motion", "raster/motion.comp", reads=("depth",), writes=("motion",), needed=moving),
-    Pass("lighting", "raster/lighting.comp", reads=("base_color", "normal", "depth"), optional=("emissive",), writes=("lit",), defines=shading_defines),
+    Pass("lighting", "raster/lighting.comp", reads=("base_color", "normal", "depth"), optional=("emissive",), writes=("lit",), scene=True, defines=shading_defines),
     Pass("coc", "dof/coc.comp", reads=("depth",), writes=("coc",)),
 )

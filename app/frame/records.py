@@ -77,6 +77,7 @@ class Pass:
     buffers: tuple[str, ...] = ()  # storage blocks it reads
     fills: tuple[str, ...] = ()  # storage blocks it writes (and may read)
     kind: Literal["compute", "raster"] = "compute"
+    scene: bool = False  # reads materials, lights or textures
     rays: bool = False  # traverses the BVH
     sliced: bool = False  # may be dispatched a band of rows at a time (frame.slice_begin, slice_end)
     grid: str = ""

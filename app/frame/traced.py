@@ -6,7 +6,7 @@ from .hybrid import trace_defines
 from .records import Pass
 
 TRACED = (
-    Pass("traced", "rays/progressive.comp", updates=("traced", "traced_error"), rays=True, sliced=True, defines=trace_defines),
+    Pass("traced", "rays/progressive.comp", updates=("traced", "traced_error"), scene=True, rays=True, sliced=True, defines=trace_defines),
 )
 
 REFERENCE = (

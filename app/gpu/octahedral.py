@@ -1,4 +1,4 @@
-"""Unit vectors in 32 bits: the float64 twin of glsl/lib/octahedral.glsl (Cigolle et al. 2014), and the packing of vertex attributes."""
+"""Unit vectors in 32 bits: the float64 twin of glsl/lib/octahedral.glsl (Cigolle et al. 2014), and vertex packing."""
 
 from __future__ import annotations
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..camera import Camera
 from ..optics import SKY_DEPTH, coc_px, coc_scale_px
 from ..settings import Lens
 from .model import F64, Scene
 
-MAX_NEAR_PLANE = 0.01  # m: a lens' own thickness; at 10 m a 24-bit depth step is then 0.6 mm
-NEAR_SHARE = 1e-3  # of the scene's diagonal, for scenes smaller than a room
+MAX_NEAR_PLANE = 0.02  # m: nearer than a hand holds a leaf to a lens; at 10 m a 24-bit depth step is then 0.3 mm
+NEAR_SHARE = 2.5e-3  # of the scene's diagonal, for scenes smaller than a room
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def scene_facts(scene: Scene, low: F64, high: F64) -> SceneFacts:
     )
 
 
-def near_plane(low: F64, high: F64) -> float:
+def near_plane(low: ArrayLike, high: ArrayLike) -> float:
     """Near plane [m] of raster and rays alike: close enough for a leaf in front of the lens, and no closer than 24 bits of depth resolve."""
     diagonal = float(np.linalg.norm(np.subtract(high, low)))
     return min(MAX_NEAR_PLANE, max(NEAR_SHARE * diagonal, 1e-9))

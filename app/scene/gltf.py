@@ -37,12 +37,12 @@ _UNDERSTOOD = {
 
 def read_gltf(path: Path, progress: Callable[[str, float], None]) -> Decoded:
     """Decode a glTF 2.0 file. Raises UserError, one sentence, on anything broken or required and not supported."""
-    file = GltfFile(path)
     try:
-        return _Reader(file, progress).read()
+        return _Reader(GltfFile(path), progress).read()
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, struct.error) as error:
         # The JSON is typed by nobody: a value of the wrong kind shows up as one of these, wherever it is first used.
-        raise file.broken(f"does not follow the glTF 2.0 format ({type(error).__name__}: {error})") from error
+        reason = f"{type(error).__name__}: {' '.join(str(error).split()):.120}"
+        raise UserError(f"{path} does not follow the glTF 2.0 format ({reason}): re-export the file.") from error
     except MemoryError as error:
         raise UserError(f"{path} does not fit into memory: simplify it.") from error
 
@@ -163,7 +163,7 @@ class _Reader:
             self.notes.append("EXT_lights_image_based is not supported; the sky is two-coloured.")
 
     def _environment(self) -> Environment:
-        """Our own convention, written by the scripts in assets/: `extras` of the scene may give sky and ground radiance."""
+        """Our own convention, written by the scripts in assets/: the scene's `extras` may give the two radiances."""
         if not self.file.json.get("scenes"):
             return Environment()
         extras = self.file.item("scenes", self.file.json.get("scene", 0)).get("extras")
@@ -184,7 +184,7 @@ def _radiance(values: object, default: tuple[float, float, float]) -> tuple[floa
 
 
 def _triangles(corners: NDArray[np.integer], mode: int) -> NDArray[np.integer]:
-    """(m, 3) indices of a list (4), strip (5) or fan (6); an incomplete last triangle is dropped, as the format says."""
+    """(m, 3) indices of a list (4), strip (5) or fan (6); a list's incomplete last triangle is dropped."""
     if mode == 4:
         return corners[: len(corners) // 3 * 3].reshape(-1, 3)
     if mode == 5:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,8 +22,7 @@ def read_integers(file: GltfFile, index: object) -> NDArray[np.integer]:
     values = _values(file, accessor, f"accessors[{index}]")
     if values.dtype.kind == "f" or values.shape[1] != 1:
         raise file.broken(f"uses accessors[{index}] as indices, but it does not hold integers")
-    integers: NDArray[np.integer] = values[:, 0]
-    return integers
+    return cast("NDArray[np.integer]", values[:, 0])
 
 
 def read_floats(file: GltfFile, index: object, components: tuple[int, ...]) -> F32:

@@ -31,7 +31,8 @@ def walk(file: GltfFile) -> Iterator[Node]:
         if index in seen:
             raise file.broken(f"reaches nodes[{index}] twice, so its node graph is no tree")
         seen.add(index)
-        world = parent @ _local(file, node)
+        with np.errstate(over="ignore", invalid="ignore"):  # an infinite place is refused later, by validate
+            world = parent @ _local(file, node)
         yield Node(node, world)
         pending += [(child, world) for child in reversed(node.get("children", []))]
 
@@ -71,8 +72,11 @@ def _vector(values: Any, length: int) -> F64:
 
 def _rotation(quaternion: F64) -> F64:
     """Rotation matrix of (x, y, z, w); exporters round, so it is normalised first."""
-    length = np.linalg.norm(quaternion)
-    x, y, z, w = quaternion / length if length > 0.0 else (0.0, 0.0, 0.0, 1.0)
+    largest = np.abs(quaternion).max()
+    if not largest > 0.0:
+        return np.eye(3)
+    scaled = quaternion / largest
+    x, y, z, w = scaled / np.linalg.norm(scaled)
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

@@ -13,7 +13,7 @@ from . import gallery
 from .decoded import Decoded
 from .gltf import read_gltf
 from .model import LoadReport, Mesh, Scene
-from .validate import MAX_TRIANGLES, Repairs, clean
+from .validate import MAX_TRIANGLES, Repairs, check_placed, clean
 from .vertex_colors import colors_to_materials
 
 Progress = Callable[[str, float], None]
@@ -66,6 +66,8 @@ def _decode(path: Path, progress: Progress) -> Decoded:
 def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, source: str, started: float) -> Scene:
     meshes = [mesh for mesh, _ in cleaned]
     instances = [i for i in decoded.instances if len(meshes[i.mesh].triangles)]
+    for instance in instances:
+        check_placed(meshes[instance.mesh], instance, f"{source}: {instance.name or 'a mesh'}")
     triangles = sum(cleaned[i.mesh][1] for i in decoded.instances)
     kept = sum(len(meshes[i.mesh].triangles) for i in instances)
     if not kept:

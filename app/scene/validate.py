@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import UserError
 from . import geometry
-from .model import F32, U32, Mesh
+from .model import F32, U32, Instance, Mesh
 
 # 32-byte vertices and 16-byte triangles: this many fill 1.6 GB, the most a present-day desktop GPU can be asked to hold
 # beside the BVH. Above it, decoding alone would take minutes.
@@ -81,6 +81,18 @@ def check(raw: RawMesh, where: str) -> None:
         )
     if raw.uvs is not None and not np.isfinite(raw.uvs).all():
         raise UserError(f"{where} has a texture coordinate that is not a finite number: re-export the file.")
+
+
+def check_placed(mesh: Mesh, instance: Instance, where: str) -> None:
+    """Raise UserError unless the instance lies within MAX_COORDINATE of the origin (a NaN transform does not)."""
+    if not len(mesh.positions):
+        return
+    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
+    linear, offset = instance.transform[:3, :3], instance.transform[:3, 3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        reach = np.abs(linear) @ np.maximum(np.abs(low), np.abs(high)) + np.abs(offset)
+    if not (reach <= MAX_COORDINATE).all():
+        raise UserError(f"{where} is placed too far from the origin ({MAX_COORDINATE:g} m at most): move or scale it.")
 
 
 def clean(raw: RawMesh, where: str, normal_map: NDArray[np.floating] | None, repairs: Repairs) -> Mesh:

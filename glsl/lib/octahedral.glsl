@@ -20,12 +20,12 @@ vec3 octahedral_decode(vec2 p) {
 }
 
 // The vertex's packed normal.
-vec3 unpack_normal(uint packed) {
-    return octahedral_decode(unpackSnorm2x16(packed));
+vec3 unpack_normal(uint bits) {
+    return octahedral_decode(unpackSnorm2x16(bits));
 }
 
 // The vertex's packed tangent: direction, and the handedness that the lowest bit of the high half carries.
-vec4 unpack_tangent(uint packed) {
-    float handedness = (packed & 0x10000u) != 0u ? -1.0 : 1.0;
-    return vec4(octahedral_decode(unpackSnorm2x16(packed & ~0x10000u)), handedness);
+vec4 unpack_tangent(uint bits) {
+    float handedness = (bits & 0x10000u) != 0u ? -1.0 : 1.0;
+    return vec4(octahedral_decode(unpackSnorm2x16(bits & ~0x10000u)), handedness);
 }

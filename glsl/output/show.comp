@@ -4,6 +4,7 @@
 // Method: the colour maps of lib/colormap.glsl. SHOW: 0 colour, 1 signed, 2 scalar, 3 octahedral normal, 4 vector.
 #include "lib/colormap.glsl"
 #include "lib/octahedral.glsl"
+#include "lib/tone.glsl"
 #include "shared/frame.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -18,21 +19,16 @@ float largest(vec3 v) {
     return abs(xy) >= abs(v.z) ? xy : v.z;
 }
 
-vec3 srgb(vec3 linear) {
-    linear = clamp(linear, 0.0, 1.0);
-    return mix(1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, 12.92 * linear, lessThanEqual(linear, vec3(0.0031308)));
-}
-
 vec3 paint(vec4 value) {
     float low = frame.overlay_range_lo, high = frame.overlay_range_hi;
 #if SHOW == 0
-    return srgb(value.rgb * frame.exposure);
+    return srgb_encode(clamp(value.rgb * frame.exposure, 0.0, 1.0));
 #elif SHOW == 1
     return diverging(signed_unit(largest(value.rgb), low, high));
 #elif SHOW == 2
     return sequential((value.r - low) / max(high - low, 1e-30));
 #elif SHOW == 3
-    return value.w > 0.0 ? 0.5 + 0.5 * oct_decode(value.xy) : vec3(0.0);
+    return value.w > 0.0 ? 0.5 + 0.5 * octahedral_decode(value.xy) : vec3(0.0);
 #else
     return wheel(value.x / max(high, 1e-30), value.y / max(high, 1e-30));
 #endif

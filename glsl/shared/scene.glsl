@@ -46,7 +46,7 @@ float wrap_coordinate(float x, uint mode, float half_texel) {
 Texel texel_of(uint slot, vec4 row_u, vec4 row_v, vec2 uv, float footprint_uv) {
     Texel texel;
     texel.size_class = slot >> 24;
-    float size = texel.size_class == 0u ? CLASS_SIZE_0 : texel.size_class == 1u ? CLASS_SIZE_1 : CLASS_SIZE_2;
+    float size = float(texel.size_class == 0u ? CLASS_SIZE_0 : texel.size_class == 1u ? CLASS_SIZE_1 : CLASS_SIZE_2);
     float scale = sqrt(abs(row_u.x * row_v.y - row_u.y * row_v.x));
     texel.lod = max(log2(max(footprint_uv * scale * size, 1e-6)), 0.0);
     float half_texel = min(0.5 * exp2(ceil(texel.lod)) / size, 0.5);

@@ -87,10 +87,12 @@ struct Frame {  // 672 bytes
     float taa_alpha;  // @636  blend factor of the newest frame
     uint camera_moved;  // @640  1 if the view changed since last frame
     uint history_valid;  // @644  0 right after a reset
-    uint hemisphere_samples;  // @648  padding
-    float overlay_range_lo;  // @652  value shown as the colour map's start
-    float overlay_range_hi;  // @656  value shown as its end
-    float compare_x_px;  // @660  split-screen bar; negative: none
+    float mask_threshold;  // @648  mask responses below get no rays
+    float mask_smoothing;  // @652  standard deviation of the mask's Gaussian, half-res px
+    float layer_fade_px;  // @656  post-process: CoC difference over which a sample passes from fore- to background
+    float overlay_range_lo;  // @660  value shown as the colour map's start
+    float overlay_range_hi;  // @664  value shown as its end
+    float compare_x_px;  // @668  split-screen bar; negative: none
 };
 
 struct BvhNode {  // 64 bytes

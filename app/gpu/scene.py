@@ -1,0 +1,131 @@
+"""The scene on the GPU: every buffer and texture that outlives a frame, packed once and owned here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bvh.build import Bvh
+from ..bvh.pack import pack_triangle_positions, pack_triangles
+from ..errors import UserError
+from ..scene.facts import SceneFacts, near_plane, scene_facts
+from ..scene.model import Environment, Light, Scene, Triangles
+from .arrays import draw_order, oriented, pack_lights, pack_materials, pack_vertices
+from .shadow import ShadowMap
+from .textures import SceneTextures
+
+Progress = Callable[[str, float], None]
+
+ATTRIBUTES = (("position", "3f", 12), ("normal", "1u", 4), ("uv", "2f", 8), ("tangent", "1u", 4), ("material", "1u", 4))
+
+
+class GpuScene:
+    """Buffers by block name, textures by sampler name, and the facts that planning needs.
+
+    Raises UserError where the scene exceeds a limit of the device. `bvh_loader(progress)` builds or loads the tree when
+    rays first need it.
+    """
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        scene: Scene,
+        triangles: Triangles,
+        bvh_loader: Callable[[Progress | None], Bvh] | None = None,
+    ) -> None:
+        self._ctx, self._bvh_loader = ctx, bvh_loader
+        self._triangles = triangles = oriented(triangles)
+        low, high = triangles.positions.min(0), triangles.positions.max(0)
+        self.facts: SceneFacts = scene_facts(scene, low.astype(np.float64), high.astype(np.float64))
+        self.near_plane = near_plane(self.facts.low, self.facts.high)
+        self.triangle_count = len(triangles.indices)
+        masked = np.array([m.alpha_cutoff is not None for m in scene.materials])
+        self.textures = SceneTextures(ctx, scene.images, self.facts.textured)
+        self.blocks: dict[str, moderngl.Buffer] = {
+            "Vertices": self._buffer("vertices", pack_vertices(triangles)),
+            "Materials": self._buffer("materials", pack_materials(scene.materials, self.textures.places)),
+            "Lights": self._buffer("lights", pack_lights(scene.lights)),
+        }
+        self._indices = ctx.buffer(draw_order(triangles, masked).tobytes())
+        self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
+        self._bvh_defines: dict[str, int] = {}
+        self.shadow = ShadowMap(ctx, self, self.facts.low, self.facts.high)
+        self.environment: Environment = scene.environment
+        self.sun: Light | None = next((light for light in scene.lights if light.kind == "sun"), None)
+
+    @property
+    def samplers(self) -> dict[str, Any]:
+        """Textures by the name that shaders use."""
+        return {**self.textures.samplers, "scene_shadow": self.shadow.texture}
+
+    @property
+    def defines(self) -> dict[str, int]:
+        """What every shader that touches the scene must be compiled with."""
+        return {**self.textures.defines, **self._bvh_defines}
+
+    @property
+    def bytes(self) -> dict[str, int]:
+        """GPU bytes by resource."""
+        buffers = {name: buffer.size for name, buffer in self.blocks.items()}
+        textures = {"textures": self.textures.bytes, "shadow map": self.shadow.bytes}
+        return {**buffers, "indices": self._indices.size, **textures}
+
+    def ensure_bvh(self, progress: Progress | None = None) -> None:
+        """Make the blocks that rays read exist (glsl/rays/traverse.glsl); the first call builds or loads the tree."""
+        if "BvhNodes" in self.blocks:
+            return
+        if self._bvh_loader is None:
+            raise UserError("this scene was opened without a tree for rays; open it with one to trace")
+        bvh = self._bvh_loader(progress)
+        t = self._triangles
+        self.blocks["Triangles"] = self._buffer("triangles", pack_triangles(bvh.order, t.indices, t.materials))
+        positions = pack_triangle_positions(bvh.order, t.positions, t.indices)
+        self.blocks["TrianglePositions"] = self._buffer("triangle positions", positions)
+        self.blocks["BvhNodes"] = self._buffer("ray-tracing tree", bvh.nodes)
+        self._bvh_defines = {"BVH_STACK": max(bvh.depth, 1)}
+
+    def update_shadow(self) -> bool:
+        """Render the shadow map if the sun or the geometry changed since; True if it was rendered."""
+        return self.sun is not None and self.shadow.update(self.sun.direction)
+
+    def draw(self, program: moderngl.Program) -> None:
+        """Draw every triangle with one call; the program names the vertex attributes it wants."""
+        if program.glo not in self._vertex_arrays:
+            self._vertex_arrays[program.glo] = self._vertex_array(program)
+        self._vertex_arrays[program.glo].render()
+
+    def release(self) -> None:
+        """Free everything this scene holds on the GPU."""
+        for vertex_array in self._vertex_arrays.values():
+            vertex_array.release()
+        for buffer in (*self.blocks.values(), self._indices):
+            buffer.release()
+        self.textures.release()
+        self.shadow.release()
+        self._vertex_arrays.clear()
+        self.blocks.clear()
+
+    def _vertex_array(self, program: moderngl.Program) -> moderngl.VertexArray:
+        wanted = [(name, kind if name in program else f"{size}x", name in program) for name, kind, size in ATTRIBUTES]
+        layout = " ".join(kind for _, kind, _ in wanted)
+        names = [name for name, _, used in wanted if used]
+        return self._ctx.vertex_array(program, [(self.blocks["Vertices"], layout, *names)], self._indices)
+
+    def _buffer(self, what: str, records: NDArray[Any]) -> moderngl.Buffer:
+        """A storage buffer. An empty array becomes one zeroed record: a block must have a size."""
+        limit = self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]
+        if records.nbytes > limit:
+            raise UserError(
+                f"the scene's {what} need {_mib(records.nbytes)} in one block, but this device allows {_mib(limit)}: "
+                "choose a smaller scene"
+            )
+        data = records.tobytes() or bytes(records.dtype.itemsize * max(int(np.prod(records.shape[1:])), 1))
+        return self._ctx.buffer(data)
+
+
+def _mib(count: int) -> str:
+    return f"{count / 2**20:.0f} MiB"

@@ -1,0 +1,125 @@
+"""The sun's shadow map: depth of the static scene seen along the light, rendered again only when that has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.facts import SceneFacts
+from .shaders import ShaderError, assemble, explain, load_glsl
+
+Vec3 = tuple[float, float, float]
+
+SIZE = 2048  # texels per side: 5 mm in a 10 m room; 16 MiB, which every OpenGL 4.3 device has to spare
+MARGIN_TEXELS = 2.0  # around the scene, so that filter taps at its rim read texels that were rendered
+BYTES_PER_TEXEL = 4
+
+
+class Drawable(Protocol):
+    """What the map needs of a scene."""
+
+    @property
+    def samplers(self) -> Mapping[str, Any]: ...
+
+    @property
+    def defines(self) -> Mapping[str, int]: ...
+
+    @property
+    def blocks(self) -> Mapping[str, moderngl.Buffer]: ...
+
+    @property
+    def facts(self) -> SceneFacts: ...
+
+    def draw(self, program: moderngl.Program) -> None: ...
+
+
+class ShadowMap:
+    """Owns the depth texture. `renders` counts how often it was drawn."""
+
+    def __init__(self, ctx: moderngl.Context, scene: Drawable, low: Vec3, high: Vec3) -> None:
+        self._ctx, self._scene, self._low, self._high = ctx, scene, low, high
+        self._direction: Vec3 | None = None
+        self._program: moderngl.Program | None = None
+        self.size = SIZE if scene.facts.sun else 1  # without a sun nothing reads it, but a sampler must have a texture
+        self.texture = ctx.depth_texture((self.size, self.size))
+        self.texture.compare_func = "<="
+        self.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self.texture.repeat_x = self.texture.repeat_y = False
+        self._framebuffer = ctx.framebuffer(depth_attachment=self.texture)
+        self.view_proj: NDArray[np.float64] = np.eye(4)
+        self.renders = 0
+
+    @property
+    def bytes(self) -> int:
+        """Of the depth texture."""
+        return self.size * self.size * BYTES_PER_TEXEL
+
+    def invalidate(self) -> None:
+        """The geometry changed: render again at the next `update`."""
+        self._direction = None
+
+    def update(self, direction: Vec3) -> bool:
+        """Render for light travelling along `direction` (unit) unless the map shows just that. True if it rendered."""
+        if direction == self._direction:
+            return False
+        self._direction = direction
+        self.view_proj = sun_view_projection(direction, self._low, self._high, self.size)
+        self._render()
+        self.renders += 1
+        return True
+
+    def release(self) -> None:
+        """Free the texture and its program."""
+        for resource in (self._framebuffer, self.texture, self._program):
+            if resource is not None:
+                resource.release()
+        self._program = None
+
+    def _render(self) -> None:
+        self._program = program = self._program or self._compiled()
+        program["sun_view_proj"] = tuple(self.view_proj.T.ravel())
+        for unit, (name, texture) in enumerate(self._scene.samplers.items()):
+            if name in program:
+                texture.use(unit)
+                program[name] = unit
+        for unit, (name, buffer) in enumerate(self._scene.blocks.items()):
+            if name in program:
+                program[name].binding = unit  # type: ignore[union-attr]  # moderngl's type is a union of all it could be
+                buffer.bind_to_storage_buffer(unit)
+        self._framebuffer.use()
+        self._framebuffer.clear(depth=1.0)
+        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        self._scene.draw(program)
+
+    def _compiled(self) -> moderngl.Program:
+        facts, files = self._scene.facts, load_glsl()
+        holes = {"ALPHA_MASKED": int(facts.alpha_masked), "TEXTURED": int(facts.textured and facts.alpha_masked)}
+        defines = {**self._scene.defines, **holes, "LIT": 0, "NORMAL_MAPPED": 0, "EMISSIVE": 0}
+        vertex, fragment = (assemble(f"raster/shadow.{stage}", files, defines) for stage in ("vert", "frag"))
+        try:
+            return self._ctx.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
+        except moderngl.Error as error:
+            at_fault = fragment if "fragment_shader" in str(error) else vertex
+            raise ShaderError(f"raster/shadow: {explain(str(error), at_fault)}") from None
+
+
+def sun_view_projection(direction: Vec3, low: Vec3, high: Vec3, size: int) -> NDArray[np.float64]:
+    """World to the clip space (4, 4) of light along `direction`: orthographic, around the box `low`..`high` [m]."""
+    z = -np.asarray(direction, np.float64) / np.linalg.norm(direction)
+    helper = np.eye(3)[int(np.argmin(np.abs(z)))]  # the axis least along the light: never parallel to it
+    x = np.cross(helper, z)
+    x /= np.linalg.norm(x)
+    rotation = np.stack([x, np.cross(z, x), z])
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), -1).reshape(-1, 3) @ rotation.T
+    centre, half = (corners.max(0) + corners.min(0)) / 2.0, (corners.max(0) - corners.min(0)) / 2.0
+    side = max(half[0], half[1], 1e-6) * (1.0 + 2.0 * MARGIN_TEXELS / size)
+    half_depth = max(half[2], 1e-6) * 1.01  # 1 %: rounding must not clip the outermost caster
+    scale = 1.0 / np.array([side, side, -half_depth])  # -z is away from the light
+    matrix = np.eye(4)
+    matrix[:3, :3] = scale[:, None] * rotation
+    matrix[:3, 3] = -scale * centre
+    return matrix

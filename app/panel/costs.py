@@ -1,0 +1,72 @@
+"""What the frame cost and why: milliseconds by pass with their source and device, and the passes that ran or were left out."""
+
+from __future__ import annotations
+
+from imgui_bundle import imgui
+
+from . import style
+from .model import Cost, Shown
+
+
+def draw_costs(shown: Shown) -> None:
+    """Milliseconds per pass as a table with bars. Every figure stands beside its clock and device."""
+    muted(f"{shown.timing_source}\n{shown.device}")
+    for cost in shown.costs:
+        total = sum(ms for _, ms in cost.timings)
+        imgui.text_unformatted(f"{cost.view}: {total:.1f} ms in {len(cost.timings)} passes, {cost.size[0]} x {cost.size[1]} px")
+        if cost.timings and imgui.begin_table(f"ms {cost.view}", 3, imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop):
+            for name, ms in cost.timings:
+                _row(name, ms, total)
+            imgui.end_table()
+    muted(f"whole frame with window: {shown.frame_ms:.1f} ms (wall clock)")
+    total_bytes = sum(shown.memory.values())
+    imgui.text_unformatted(f"GPU memory: {total_bytes / 2**20:.0f} MiB")
+    if imgui.begin_item_tooltip():
+        for name, size in sorted(shown.memory.items(), key=lambda item: -item[1])[:24]:
+            imgui.text_unformatted(f"{size / 2**20:8.2f} MiB  {name}")
+        imgui.end_tooltip()
+
+
+def draw_passes(cost: Cost) -> None:
+    """What ran and what was left out, each with the reason the plan gives."""
+    if cost.plan is None:
+        return
+    columns = imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop
+    if not imgui.begin_table(f"passes {cost.view}", 2, columns):
+        return
+    imgui.table_setup_column("pass", imgui.TableColumnFlags_.none, 0.38)
+    imgui.table_setup_column("why", imgui.TableColumnFlags_.none, 0.62)
+    for call in cost.plan.calls:
+        _reason(call.step.name, f"ran: {call.reason}", ran=True)
+    for left_out in cost.plan.skipped:
+        _reason(left_out.name, f"skipped: {left_out.reason}", ran=False)
+    imgui.end_table()
+
+
+def muted(text: str) -> None:
+    """Wrapped text in the quiet colour."""
+    imgui.push_style_color(imgui.Col_.text, style.MUTED)
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_unformatted(text)
+    imgui.pop_text_wrap_pos()
+    imgui.pop_style_color()
+
+
+def _row(name: str, ms: float, total: float) -> None:
+    imgui.table_next_row()
+    imgui.table_next_column()
+    imgui.text_unformatted(name)
+    imgui.table_next_column()
+    imgui.text_unformatted(f"{ms:8.2f} ms")
+    imgui.table_next_column()
+    imgui.progress_bar(ms / total if total > 0 else 0.0, imgui.ImVec2(-1.0, 0.8 * imgui.get_font_size()), "")
+
+
+def _reason(name: str, reason: str, ran: bool) -> None:
+    imgui.table_next_row()
+    imgui.table_next_column()
+    imgui.push_style_color(imgui.Col_.text, style.ACCENT if ran else style.MUTED)
+    imgui.text_unformatted(name)
+    imgui.pop_style_color()
+    imgui.table_next_column()
+    muted(reason)

@@ -1,0 +1,69 @@
+"""What passes between the window and its user interface: a frozen value the interface may replace, facts it shows, and wishes it utters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ..camera import Viewpoint
+from ..frame.records import FramePlan
+from ..scene.model import LoadReport
+from ..settings import Settings
+
+Size = tuple[int, int]
+Wish = Literal["load", "viewpoint", "reload", "screenshot", "fit range", "save camera"]
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the user asked to see. Keys and panel both replace it; the window draws it."""
+
+    settings: Settings = field(default_factory=Settings)
+    view: str = "hybrid"
+    other: str = "sharp"  # the right-hand view of the split screen
+    compare: bool = False
+    bar: float = 0.5  # fraction of the picture's width that shows `view`
+    scale: float = 1.0  # picture pixels per window pixel
+    panel: bool = True
+    help: bool = False
+
+
+@dataclass(frozen=True)
+class Request:
+    """Something only the window can do, uttered by the panel and done between two frames."""
+
+    wish: Wish
+    text: str = ""  # a scene's name or path
+    viewpoint: Viewpoint | None = None
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one view's frame consisted of and cost."""
+
+    view: str
+    plan: FramePlan | None = None
+    timings: tuple[tuple[str, float], ...] = ()  # (pass, median ms)
+    samples: int = 0
+    limit: int = 0  # samples after which a still picture rests
+    size: Size = (0, 0)  # px
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the panel tells but cannot change."""
+
+    device: str = ""
+    timing_source: str = ""
+    costs: tuple[Cost, ...] = ()  # one, or two in the split screen
+    frame_ms: float = 0.0  # wall clock of the last whole frame
+    scene: str = ""
+    report: LoadReport | None = None
+    viewpoints: tuple[Viewpoint, ...] = ()
+    memory: Mapping[str, int] = field(default_factory=dict)
+    speed: float = 1.0  # m/s
+    load_error: str = ""
+    shader_error: str = ""
+    message: str = ""  # fades after a few seconds
+    loading: tuple[str, float] | None = None  # stage and fraction

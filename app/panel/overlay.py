@@ -1,0 +1,88 @@
+"""What lies over the picture: help, messages that fade, loading progress, and the names of the two sides of the split screen."""
+
+from __future__ import annotations
+
+from imgui_bundle import imgui
+
+from ..controls import BINDINGS, Binding
+from . import style
+from .model import Look, Shown
+
+Rect = tuple[float, float, float, float]  # x, y from the top left, width, height; window units
+
+_PASSIVE = (
+    imgui.WindowFlags_.no_decoration
+    | imgui.WindowFlags_.always_auto_resize
+    | imgui.WindowFlags_.no_saved_settings
+    | imgui.WindowFlags_.no_inputs
+    | imgui.WindowFlags_.no_focus_on_appearing
+    | imgui.WindowFlags_.no_nav
+)
+MARGIN = 10.0  # px between a label and the picture's edge
+
+
+def draw_overlays(look: Look, shown: Shown, picture: Rect) -> None:
+    """Draw everything that applies now."""
+    if look.compare and look.panel:
+        _side_names(look, picture)
+    if look.help:
+        _help(picture)
+    if shown.loading:
+        _progress(*shown.loading, picture)
+    elif shown.message:
+        _box("message", shown.message, (picture[0] + MARGIN, picture[1] + picture[3] - MARGIN), (0.0, 1.0), picture[2] - 2 * MARGIN)
+
+
+def _box(name: str, text: str, at: tuple[float, float], pivot: tuple[float, float], width: float = 0.0) -> None:
+    imgui.set_next_window_pos(imgui.ImVec2(*at), imgui.Cond_.always, imgui.ImVec2(*pivot))
+    imgui.set_next_window_bg_alpha(0.75)
+    imgui.push_style_var(imgui.StyleVar_.window_padding, imgui.ImVec2(8.0, 4.0))
+    imgui.begin(f"##{name}", None, _PASSIVE)
+    if width > 0.0:
+        imgui.push_text_wrap_pos(max(width - 16.0, 60.0))
+    imgui.text_unformatted(text)
+    if width > 0.0:
+        imgui.pop_text_wrap_pos()
+    imgui.end()
+    imgui.pop_style_var()
+
+
+def _side_names(look: Look, picture: Rect) -> None:
+    x, y, width, _ = picture
+    bar = x + look.bar * width
+    _box("left name", look.view, (bar - MARGIN, y + MARGIN), (1.0, 0.0))
+    _box("right name", look.other, (bar + MARGIN, y + MARGIN), (0.0, 0.0))
+
+
+def _progress(stage: str, fraction: float, picture: Rect) -> None:
+    x, y, width, height = picture
+    imgui.set_next_window_pos(imgui.ImVec2(x + width / 2, y + height / 2), imgui.Cond_.always, imgui.ImVec2(0.5, 0.5))
+    imgui.set_next_window_bg_alpha(0.9)
+    imgui.begin("##loading", None, _PASSIVE)
+    imgui.text_unformatted(stage)
+    imgui.progress_bar(fraction, imgui.ImVec2(min(22 * imgui.get_font_size(), 0.8 * width), 0.0))
+    imgui.end()
+
+
+def _help(picture: Rect) -> None:
+    x, y, width, height = picture
+    imgui.set_next_window_pos(imgui.ImVec2(x + width / 2, y + height / 2), imgui.Cond_.always, imgui.ImVec2(0.5, 0.5))
+    imgui.set_next_window_bg_alpha(0.9)
+    imgui.begin("##help", None, _PASSIVE)
+    for index, group in enumerate(dict.fromkeys(binding.group for binding in BINDINGS)):
+        if index:
+            imgui.same_line(0.0, 2.0 * imgui.get_font_size())
+        imgui.begin_group()
+        _help_group([binding for binding in BINDINGS if binding.group == group])
+        imgui.end_group()
+    imgui.end()
+
+
+def _help_group(bindings: list[Binding]) -> None:
+    imgui.text_colored(style.ACCENT, bindings[0].group)
+    left = imgui.get_cursor_pos_x()
+    column = max(imgui.calc_text_size(binding.label).x for binding in bindings) + imgui.get_font_size()
+    for binding in bindings:
+        imgui.text_unformatted(binding.label)
+        imgui.same_line(left + column)
+        imgui.text_unformatted(binding.meaning)

@@ -1,0 +1,238 @@
+"""The window's loop: requests, camera, scene, panel, in that order, and rest when nothing changes."""
+
+from __future__ import annotations
+
+import math
+import time
+from argparse import Namespace
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from imgui_bundle import imgui
+from platformdirs import user_config_dir
+
+from ..camera import Viewpoint
+from ..errors import UserError
+from ..frame.pipeline import VIEWS, target_plan
+from ..gpu.context import device_name
+from ..gpu.imgui import ImguiRenderer
+from ..gpu.present import Presenter
+from ..panel import style
+from ..panel.model import Look, Shown
+from ..panel.panel import Panel, first_width
+from ..scene.facts import Facts
+from ..settings import Settings
+from .desktop import Desktop
+from .events import Events
+from .requests import Requests
+from .stage import Stage
+from .state import State
+from .status import StatusLog
+
+SETTLE_S = 0.2  # the picture is scaled until a new size has stood this long: drawing every step of a drag would stall it
+QUIET_S = 0.15  # after input, frames that only refine the picture wait this long, so that the panel answers at once
+PROGRESS_S = 0.1  # between two drawings of the progress bar: loading should load
+UI_REFRESH_S = 0.5  # between the figures of a resting window
+BACKGROUND = (0.05, 0.05, 0.05)
+CURSORS = {imgui.MouseCursor_.text_input: "text", imgui.MouseCursor_.resize_ew: "size_left_right", imgui.MouseCursor_.hand: "hand"}
+
+
+class _ClosedWhileLoading(Exception):
+    """The window was closed while a scene loaded: leave loading at once."""
+
+
+def open_window(
+    scene: str, view: str, size: tuple[int, int], settings: Settings, viewpoint: Viewpoint | None, given: Mapping[str, Any], options: Namespace
+) -> int:
+    """Show `scene` in a window until it is closed; returns the exit code.
+
+    `size` is the picture's; the panel stands beside it. `given` are settings that the user chose, which win over what a viewpoint brings.
+    `options` has `status` (file for JSON lines, or None) and `screenshots` (folder).
+    Raises UserError: no display (exit code 3), a bad scene or view (exit code 2).
+    """
+    if view not in VIEWS:
+        target_plan(view, settings, Facts(near_coc_px=10.0, far_coc_px=10.0))  # a misspelt view is refused before a window flashes up
+    status = StatusLog(options.status)
+    desktop = Desktop("hybrid-dof", (size[0] + math.ceil(first_width(1.0)), size[1]))
+    try:
+        window = Window(desktop, Look(settings, view), given, Path(options.screenshots), status)
+        try:
+            window.run(scene, viewpoint, size)
+        finally:
+            window.release()
+    finally:
+        desktop.close()
+        status.close()
+    return 0
+
+
+class Window:
+    """Owns ImGui, the stage and the loop over them."""
+
+    def __init__(self, desktop: Desktop, look: Look, given: Mapping[str, Any], screenshots: Path, status: StatusLog) -> None:
+        self._desktop, self._status = desktop, status
+        imgui.create_context()
+        imgui.get_io().set_ini_filename(_ini_file())
+        style.apply(desktop.density)
+        self._state = State(look, Shown(device=device_name(desktop.ctx)), given)
+        self._stage = Stage(desktop.ctx, self._on_progress)
+        self._panel = Panel()
+        self._events = Events(desktop, self._state, self._stage, self._panel)
+        self._requests = Requests(self._state, self._stage, screenshots)
+        self._imgui, self._presenter = ImguiRenderer(desktop.ctx), Presenter(desktop.ctx)
+        self._size, self._wanted_size, self._size_since = (0, 0), (0, 0), 0.0
+        self._last_ui = self._last_step = time.perf_counter()
+        self._last_progress = 0.0
+        self._good_view = look.view
+        desktop.listen(self._events)
+
+    def run(self, scene: str, viewpoint: Viewpoint | None, size: tuple[int, int]) -> None:
+        """Load `scene` and serve the window until it is closed. Raises UserError if the scene cannot be loaded."""
+        self._frame_ui()  # tells how wide the panel is
+        self._fit_window(size)
+        try:
+            self._requests.load(scene, viewpoint)
+            self._last_step = time.perf_counter()
+            while not self._desktop.closing:
+                self._turn()
+        except _ClosedWhileLoading:
+            pass
+
+    def release(self) -> None:
+        """Free everything on the GPU and ImGui's context."""
+        self._stage.release()
+        self._presenter.release()
+        self._imgui.release()
+        imgui.destroy_context()
+
+    def _turn(self) -> None:
+        state = self._state
+        for request in state.take_requests():
+            self._requests.serve(request)
+        now = time.perf_counter()
+        state.camera = state.pilot.advance(state.camera, now - self._last_step)
+        self._last_step = now
+        self._settle_size(now)
+        changed, converging = self._stage.pending(state.look, state.camera, self._size)
+        if changed or (converging and now - state.last_input > QUIET_S):
+            self._draw_scene(now)
+        elif state.ui_frames <= 0 and now - self._last_ui < UI_REFRESH_S:
+            self._desktop.rest()
+            return
+        self._frame_ui()
+        self._log()
+
+    def _draw_scene(self, begin: float) -> None:
+        state = self._state
+        try:
+            self._stage.draw(state.look, state.camera, self._size)
+            self._good_view = state.look.view
+        except UserError as error:
+            state.say(str(error))
+            state.look = replace(state.look, view=self._good_view, compare=False)
+            return
+        self._desktop.ctx.finish()  # else a slow device would queue up frames ahead of the events
+        state.shown = replace(state.shown, frame_ms=(time.perf_counter() - begin) * 1e3)
+
+    def _frame_ui(self) -> None:
+        """Put pictures and panel on the window."""
+        state, size, buffer = self._state, self._desktop.size, self._desktop.buffer_size
+        now, io = time.perf_counter(), imgui.get_io()
+        io.display_size = imgui.ImVec2(*size)
+        io.display_framebuffer_scale = imgui.ImVec2(buffer[0] / max(size[0], 1), buffer[1] / max(size[1], 1))
+        io.delta_time = max(now - self._last_ui, 1e-4)
+        self._last_ui, state.ui_frames = now, state.ui_frames - 1
+        imgui.new_frame()
+        state.look, requests = self._panel.draw(state.look, self._telling(now), size)
+        imgui.render()
+        state.requests += requests
+        screen = self._desktop.screen
+        screen.use()
+        screen.viewport = (0, 0, *buffer)
+        screen.clear(*BACKGROUND)
+        self._show_pictures(buffer)
+        screen.viewport = (0, 0, *buffer)
+        self._imgui.render(imgui.get_draw_data())
+        self._desktop.set_title(self._title())
+        self._desktop.set_cursor("size_left_right" if self._events.on_bar else CURSORS.get(imgui.get_mouse_cursor(), "default"))
+        self._desktop.swap()
+
+    def _show_pictures(self, buffer: tuple[int, int]) -> None:
+        textures = [side.texture for side in self._stage.sides if side.texture]
+        if textures:
+            x, y, width, height = self._panel.picture(self._desktop.size)
+            scale = buffer[0] / max(self._desktop.size[0], 1)
+            rect = (round(x * scale), buffer[1] - round((y + height) * scale), round(width * scale), round(height * scale))
+            right = textures[1] if len(textures) > 1 and self._state.look.compare else None
+            self._presenter.show(textures[0], right, self._state.look.bar, rect, self._desktop.screen)
+
+    def _telling(self, now: float) -> Shown:
+        stage, state = self._stage, self._state
+        return replace(
+            state.shown,
+            timing_source=stage.timing_source,
+            costs=stage.costs(),
+            scene=stage.name,
+            report=stage.scene.report if stage.scene else None,
+            viewpoints=stage.viewpoints,
+            memory=stage.memory,
+            speed=state.pilot.speed,
+            message=state.shown.message if now < state.message_until else "",
+        )
+
+    def _title(self) -> str:
+        look, name = self._state.look, Path(self._stage.name).name
+        views = f"{look.view} | {look.other}" if look.compare else look.view
+        return f"{views} - {name} - hybrid-dof" if name else "loading - hybrid-dof"
+
+    def _log(self) -> None:
+        costs = self._stage.costs()
+        own = {
+            "scene": self._stage.name,
+            "size": list(self._size),
+            "window": list(self._desktop.size),
+            "drawn": bool(costs),
+            "resting": all(cost.samples >= cost.limit for cost in costs),
+        }
+        self._status.write({**own, **self._state.log_entry()})
+
+    def _fit_window(self, size: tuple[int, int]) -> None:
+        """Make the picture, not the window, as large as asked for: a remembered panel may be wider than the first."""
+        _, _, width, height = self._panel.picture(self._desktop.size)
+        if (round(width), round(height)) != size:
+            self._desktop.resize((size[0] + math.ceil(self._panel.width), size[1]))
+        self._size = self._wanted_size = size
+
+    def _settle_size(self, now: float) -> None:
+        """Follow the window's size, its density and the chosen resolution, once they have stopped changing."""
+        _, _, width, height = self._panel.picture(self._desktop.size)
+        scale = self._desktop.buffer_size[0] / max(self._desktop.size[0], 1) * self._state.look.scale
+        wanted = (max(round(width * scale), 1), max(round(height * scale), 1))
+        if wanted != self._wanted_size:
+            self._wanted_size, self._size_since = wanted, now
+        elif wanted != self._size and now - self._size_since > SETTLE_S:
+            self._size = wanted
+
+    def _on_progress(self, stage: str, fraction: float) -> None:
+        """Keep the window alive while a scene loads; closing it ends that."""
+        now = time.perf_counter()
+        if now - self._last_progress < PROGRESS_S:
+            return
+        self._last_progress, state = now, self._state
+        state.shown = replace(state.shown, loading=(stage, fraction))
+        self._frame_ui()
+        state.shown = replace(state.shown, loading=None)
+        if self._desktop.closing:
+            raise _ClosedWhileLoading
+
+
+def _ini_file() -> str:
+    """Where ImGui remembers the panel's width; empty (nothing is remembered) if the folder cannot be made."""
+    folder = Path(user_config_dir("hybrid-dof", appauthor=False))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return ""
+    return str(folder / "panel.ini")

@@ -1,0 +1,110 @@
+"""What keys and panel ask for and only the window can do: load, reload, save. A failure becomes a message, never the end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+from ..camera import Viewpoint, write_viewpoint
+from ..errors import UserError
+from ..panel.model import Request
+from ..picture import write_png
+from ..session import focused
+from ..settings import put, to_dict
+from .stage import Stage
+from .state import State
+
+CROSSING_S = 8.0  # the first fly speed crosses the scene in this time
+
+
+class Requests:
+    """Serves one request after another, between frames."""
+
+    def __init__(self, state: State, stage: Stage, screenshots: Path) -> None:
+        self._state, self._stage, self._screenshots = state, stage, screenshots
+
+    def serve(self, request: Request) -> None:
+        """Do it, or say why not."""
+        try:
+            if request.wish == "load":
+                self._load_or_tell(request.text)
+            elif request.wish == "viewpoint" and request.viewpoint:
+                self._go_to(request.viewpoint)
+            elif request.wish == "reload":
+                self._reload()
+            elif request.wish == "screenshot":
+                self._screenshot()
+            elif request.wish == "save camera":
+                self._save_camera()
+            elif request.wish == "fit range":
+                self._fit_range()
+        except UserError as error:
+            self._state.say(str(error))
+
+    def load(self, name: str, viewpoint: Viewpoint | None = None) -> None:
+        """Load a scene and stand at `viewpoint`, else at the scene's first. Raises UserError; the old scene then stays."""
+        state = self._state
+        try:
+            self._stage.load(name)
+        finally:
+            state.shown = replace(state.shown, loading=None)
+        state.shown = replace(state.shown, load_error="")
+        state.pilot.speed = max(self._stage.extent / CROSSING_S, 1e-3)
+        start = viewpoint or self._stage.viewpoints[0]
+        state.camera = start.camera
+        state.look = replace(state.look, settings=focused(state.look.settings, start, state.given))
+        state.given = {}  # options choose the start, not every later scene
+
+    def _load_or_tell(self, name: str) -> None:
+        try:
+            self.load(name)
+        except UserError as error:
+            self._state.shown = replace(self._state.shown, load_error=str(error))
+            raise
+
+    def _go_to(self, viewpoint: Viewpoint) -> None:
+        self._state.camera = viewpoint.camera
+        self._state.look = replace(self._state.look, settings=focused(self._state.look.settings, viewpoint))
+
+    def _reload(self) -> None:
+        error = self._stage.reload_shaders()
+        self._state.shown = replace(self._state.shown, shader_error=error)
+        self._state.say("a shader was not reloaded: see the panel" if error else "shaders reloaded")
+
+    def _screenshot(self) -> None:
+        look, camera = self._state.look, self._state.camera
+        facts = {
+            "scene": self._stage.name,
+            "view": look.view,
+            "other": look.other if look.compare else None,
+            "samples": [cost.samples for cost in self._stage.costs()],
+            "eye": camera.eye,
+            "forward": camera.forward,
+            "up": camera.up,
+            "fov_y_deg": math.degrees(camera.fov_y),
+            "settings": to_dict(look.settings),
+        }
+        path = self._new_file(".png")
+        write_png(path, self._stage.picture(look), facts)
+        self._state.say(f"saved {path}")
+
+    def _save_camera(self) -> None:
+        lens, path = self._state.look.settings.lens, self._new_file(".json")
+        write_viewpoint(path, Viewpoint(self._state.camera, lens.focus_distance, lens.aperture))
+        self._state.say(f"saved {path}")
+
+    def _fit_range(self) -> None:
+        found = self._stage.fitted_range(self._state.look)
+        if found:
+            settings = put(self._state.look.settings, "overlay.range_low", found[0])
+            self._state.look = replace(self._state.look, settings=put(settings, "overlay.range_high", found[1]))
+
+    def _new_file(self, suffix: str) -> Path:
+        """A path that is not taken: scene-view.png, scene-view-2.png, ..."""
+        if not self._screenshots.is_dir():
+            raise UserError(f"--screenshots {self._screenshots}: there is no such folder")
+        stem, number = f"{Path(self._stage.name).stem}-{self._state.look.view}", 1
+        while (path := self._screenshots / f"{stem}{'' if number == 1 else f'-{number}'}{suffix}").exists():
+            number += 1
+        return path

@@ -1,0 +1,205 @@
+"""The scene and the renderers behind the window's picture: what is drawn, when it may rest, and what lies under a pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera, Viewpoint
+from ..frame.pipeline import CONVERGING
+from ..frame.targets import TARGETS
+from ..gpu.scene import GpuScene
+from ..optics import SKY_DEPTH
+from ..panel.model import Cost, Look
+from ..panel.scenes import camera_files
+from ..renderer import Renderer
+from ..scene import gallery
+from ..scene.model import Scene
+from ..session import load_gpu_scene, viewpoints
+
+Size = tuple[int, int]
+Progress = Callable[[str, float], None]
+
+REST_STILL = 256  # frames of a still picture until it rests: the jitter's mean has long converged below 8 bits
+REST_TRACED = 4096  # lens samples per pixel until a running mean rests: noise 1/64 of one sample's
+BUDGET_MS = 60.0  # of a time-sliced view per frame: the window answers some ten times a second
+FIT_PERCENTILES = (1.0, 99.0)  # of a fitted range: outliers such as specks do not flatten the rest
+
+
+@dataclass
+class Side:
+    """One renderer, what it last drew, and for how many frames that has stood still."""
+
+    renderer: Renderer
+    drawn: Any = None
+    still: int = 0
+    view: str = ""
+    texture: moderngl.Texture | None = None
+
+    @property
+    def samples(self) -> int:
+        return self.renderer.converged_samples if self.view in CONVERGING else self.still
+
+    @property
+    def limit(self) -> int:
+        """Samples after which nothing changes any more."""
+        if self.view in CONVERGING:
+            return REST_TRACED
+        plan = self.renderer.plan
+        return REST_STILL if plan and any(call.step.history or call.step.updates for call in plan.calls) else 1
+
+    def cost(self) -> Cost:
+        return Cost(self.view, self.renderer.plan, tuple(self.renderer.timings), self.samples, self.limit, self.renderer.size)
+
+
+@dataclass
+class Stage:
+    """One scene, seen by one renderer or, in the split screen, two. Owns them all."""
+
+    ctx: moderngl.Context
+    progress: Progress
+    name: str = ""
+    scene: Scene | None = None
+    viewpoints: tuple[Viewpoint, ...] = ()
+    sides: list[Side] = field(default_factory=list)
+    _gpu_scene: GpuScene | None = None
+
+    def load(self, name: str) -> None:
+        """Replace the scene. Raises UserError, in which case the old one stays."""
+        scene, gpu_scene = load_gpu_scene(self.ctx, name, self.progress)
+        old, self._gpu_scene = self._gpu_scene, gpu_scene
+        self.scene, self.name = scene, name
+        for side in self.sides:
+            side.renderer.scene = gpu_scene
+            side.renderer.reset()
+            side.drawn = None
+        if old:
+            old.release()
+        built_in = gallery.find(name)
+        beside = () if built_in else camera_files(Path(name).expanduser())
+        own = viewpoints(scene, (np.array(gpu_scene.facts.low), np.array(gpu_scene.facts.high)))
+        # A file's framing camera is a makeshift: what lies beside it was chosen by a person.
+        self.viewpoints = (*own, *beside) if scene.cameras else (*beside, *own)
+
+    @property
+    def extent(self) -> float:
+        """Diagonal of the scene [m]."""
+        assert self._gpu_scene is not None, "load a scene first"
+        return float(np.linalg.norm(np.subtract(self._gpu_scene.facts.high, self._gpu_scene.facts.low)))
+
+    def pending(self, look: Look, camera: Camera, size: Size) -> tuple[bool, bool]:
+        """(something changed since the last drawing, something still converges)."""
+        views = _views(look)
+        changed = len(self.sides) != len(views) or any(
+            side.drawn != _key(view, look, camera, size) for side, view in zip(self.sides, views, strict=False)
+        )
+        return changed, any(side.samples < side.limit for side in self.sides)
+
+    def draw(self, look: Look, camera: Camera, size: Size) -> None:
+        """Draw the next frame of each side that is not at rest. Raises UserError for a target that these settings do not produce."""
+        views = _views(look)
+        self._provide(len(views), size)
+        for side, view in zip(self.sides, views, strict=True):
+            key = _key(view, look, camera, size)
+            if side.drawn == key and side.samples >= side.limit:
+                continue
+            side.renderer.resize(size)
+            side.renderer.profiler.enabled = look.panel
+            side.texture = side.renderer.draw(view, camera, look.settings, time_budget_ms=BUDGET_MS / len(views))
+            side.still = side.still + 1 if side.drawn == key else 1
+            side.drawn, side.view = key, view
+
+    def depth_at(self, across: float, down: float, look: Look) -> float | None:
+        """Planar depth [m] at a fraction of the picture's width and height from the top left, or None where it shows the sky."""
+        side = self.sides[-1 if look.compare and across > look.bar else 0]
+        width, height = side.renderer.size
+        depth = side.renderer.depth_at(int(across * width), int(down * height))
+        return depth if 0.0 < depth < 0.5 * SKY_DEPTH else None  # 0: this view drew no geometry
+
+    def picture(self, look: Look) -> np.ndarray:
+        """What the picture shows (h, w, 3) uint8 sRGB, top row first, split at the bar."""
+        left = self.sides[0].renderer.picture()
+        if look.compare:
+            column = round(look.bar * left.shape[1])
+            left[:, column:] = self.sides[1].renderer.picture()[:, column:]
+        return left
+
+    def fitted_range(self, look: Look) -> tuple[float, float] | None:
+        """Ends of the colour map that hold nearly all values of the first side that shows a target; None if none does."""
+        for side in self.sides:
+            if side.view in TARGETS and TARGETS[side.view].show in ("signed", "scalar", "vector"):
+                return value_range(side.renderer.read(side.view), TARGETS[side.view].show)
+        return None
+
+    def reload_shaders(self) -> str:
+        """Re-read the shader files; the first error's text, or nothing."""
+        errors = [side.renderer.reload_shaders() for side in self.sides]
+        for side in self.sides:
+            side.drawn = None
+        return next((error for error in errors if error), "")
+
+    def costs(self) -> tuple[Cost, ...]:
+        return tuple(side.cost() for side in self.sides if side.view)
+
+    @property
+    def memory(self) -> dict[str, int]:
+        """GPU bytes by resource over both sides; the scene counts once."""
+        total: dict[str, int] = {}
+        for index, side in enumerate(self.sides):
+            for name, size in side.renderer.memory.items():
+                if index == 0 or not name.startswith("scene: "):
+                    total[name] = total.get(name, 0) + size
+        return total
+
+    @property
+    def timing_source(self) -> str:
+        return self.sides[0].renderer.timing_source if self.sides else ""
+
+    def release(self) -> None:
+        """Free everything on the GPU."""
+        for side in self.sides:
+            side.renderer.release()
+        self.sides.clear()
+        if self._gpu_scene:
+            self._gpu_scene.release()
+            self._gpu_scene = None
+
+    def _provide(self, count: int, size: Size) -> None:
+        assert self._gpu_scene is not None, "load a scene first"
+        while len(self.sides) > count:
+            self.sides.pop().renderer.release()
+        while len(self.sides) < count:
+            renderer = Renderer(self.ctx, self._gpu_scene, size, timing_source=self.timing_source or None)
+            renderer.progress_callback = self.progress
+            self.sides.append(Side(renderer))
+
+
+def value_range(values: np.ndarray, show: str) -> tuple[float, float]:
+    """A colour map's ends for texels (h, w, c): symmetric about 0 for signed values, 0 to the longest for vectors."""
+    if show == "vector":
+        values = np.linalg.norm(values[..., :2], axis=-1)
+    elif show == "scalar":
+        values = values[..., 0]
+    finite = values[np.isfinite(values) & (np.abs(values) < 0.5 * SKY_DEPTH)]
+    if not finite.size:
+        return 0.0, 1.0
+    low, high = (float(x) for x in np.percentile(finite, FIT_PERCENTILES))
+    if show == "signed":
+        high = max(abs(low), abs(high))
+        low = -high
+    if show == "vector":
+        low = 0.0
+    return low, high if high > low else low + 1.0
+
+
+def _views(look: Look) -> tuple[str, ...]:
+    return (look.view, look.other) if look.compare else (look.view,)
+
+
+def _key(view: str, look: Look, camera: Camera, size: Size) -> tuple[Any, ...]:
+    return view, look.settings, camera, size

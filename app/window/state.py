@@ -1,0 +1,65 @@
+"""What the window knows between two frames, shared by its event handler, its request handler and its loop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..camera import Camera
+from ..controls import Pilot
+from ..panel.model import Look, Request, Shown
+
+MESSAGE_S = 5.0  # a message's life: time to read a path
+UI_FRAMES = 3  # drawn after the last event: ImGui hands queued events out over several frames
+
+
+@dataclass
+class State:
+    """Changed between frames only, all on one thread."""
+
+    look: Look
+    shown: Shown
+    given: Mapping[str, Any] = field(default_factory=dict)  # settings chosen as options: they win over the first viewpoint's
+    camera: Camera = field(default_factory=Camera)
+    pilot: Pilot = field(default_factory=Pilot)
+    requests: list[Request] = field(default_factory=list)
+    ui_frames: int = UI_FRAMES  # still to be drawn although nothing happens
+    last_input: float = 0.0  # s, of time.perf_counter
+    message_until: float = 0.0
+
+    def say(self, message: str) -> None:
+        """Show a sentence for a few seconds."""
+        self.shown = replace(self.shown, message=message)
+        self.message_until = time.perf_counter() + MESSAGE_S
+        self.ui_frames = UI_FRAMES
+
+    def touched(self) -> None:
+        """An event arrived."""
+        self.last_input = time.perf_counter()
+        self.ui_frames = UI_FRAMES
+
+    def take_requests(self) -> list[Request]:
+        """Everything asked for since the last call."""
+        taken, self.requests = self.requests, []
+        return taken
+
+    def log_entry(self) -> dict[str, Any]:
+        """The state as the status log holds it; the loop adds what it knows."""
+        look, lens = self.look, self.look.settings.lens
+        return {
+            "view": look.view,
+            "other": look.other if look.compare else None,
+            "bar": look.bar,
+            "panel": look.panel,
+            "help": look.help,
+            "focus_distance": lens.focus_distance,
+            "aperture": lens.aperture,
+            "eye": list(self.camera.eye),
+            "forward": list(self.camera.forward),
+            "speed": self.pilot.speed,
+            "message": self.shown.message,
+            "load_error": self.shown.load_error,
+            "shader_error": self.shown.shader_error,
+        }

@@ -1,0 +1,118 @@
+// Collects, for each half-res texel, the light of every sample whose circle of confusion covers it: a near layer with coverage, and what lies behind.
+// Reads: prefiltered (radiance; a: signed CoC, full-res px; half resolution), tiles_dilated (px, one texel per 16x16 px),
+//   half_specular (luminance, half resolution, lit scenes only).
+// Writes: near_gather (premultiplied; a: coverage), far_gather (radiance behind the near layer; a: 1 where something was found),
+//   near_specular (luminance, premultiplied, lit scenes only), half resolution.
+// Method: scatter-as-gather of Jimenez 2014 with two differences. (1) A tap's weight is the part of the sample's splat that falls into the tap's
+// ring, exactly, which replaces sample alpha 1/(pi r^2) and its soft comparison: coverage is right for every CoC under one kernel. (2) A sample shows
+// with the CoC of the nearer of itself and the receiving texel, which draws the silhouette between them (lib/splat.glsl).
+#include "shared/frame.glsl"
+#include "lib/kernel.glsl"
+#include "dof/layers.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;  // 8x8 half-res texels are one tile: what is read from the tile is uniform
+uniform sampler2D in_prefiltered;
+uniform sampler2D in_tiles_dilated;
+layout(rgba16f) uniform writeonly image2D out_near_gather;
+layout(rgba16f) uniform writeonly image2D out_far_gather;
+#if HAS_NEAR_SPECULAR
+uniform sampler2D in_half_specular;
+layout(r16f) uniform writeonly image2D out_near_specular;
+#endif
+
+const int MOST_TAPS = 1 + 4 * RINGS * (RINGS + 1);
+shared vec2 taps[MOST_TAPS];  // points of the aperture
+ivec2 last;                   // index of the last texel
+
+// Fills `taps` for a kernel of n rings; the whole work group calls it.
+void place_taps(int n) {
+    barrier();
+    for (int i = int(gl_LocalInvocationIndex); i < kernel_taps(n); i += 64) {
+        taps[i] = kernel_tap(i, n, frame.frame_index, BLADES, frame.lens_rotation, frame.lens_anamorphic);
+    }
+    barrier();
+}
+
+ivec2 tap_texel(ivec2 texel, int tap, float radius_half) {
+    return clamp(ivec2(floor(vec2(texel) + 0.5 + radius_half * taps[tap])), ivec2(0), last);
+}
+
+struct Near {
+    vec4 layer;      // premultiplied; a: coverage
+    float specular;  // luminance, premultiplied
+    vec4 behind;     // weighted sum of what lies behind the layer; a: weight
+};
+
+// What is in front of focus within `radius` px, and what it lets through. The kernel is mirrored: near light crosses over in the lens.
+Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
+    vec4 fore = vec4(0.0), middle = vec4(0.0), behind = vec4(0.0);
+    vec2 specular = vec2(0.0);
+    float radius = -nearest;
+    for (int k = 0; k <= n; k++) {
+        float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
+        int first = k == 0 ? 0 : first_tap(k), count = k == 0 ? 1 : ring_taps(k);
+        // What a near surface hides is best guessed from what shows closest by: a weight that falls steeply, and so faint that
+        // it counts only where no sample's own blur reaches.
+        float guess = 1e-3 / (float(k * k * k * k) + 1.0);
+        for (int i = first; i < first + count; i++) {
+            ivec2 there = tap_texel(texel, i, -0.5 * radius);
+            vec4 tap = texelFetch(in_prefiltered, there, 0);
+            float share = near_layer_share(tap.a), front = fore_share(tap.a, nearest, frame.layer_fade_px);
+            float light = share * ring_light(inner * inner, outer * outer, silhouette_px(own.a, tap.a), frame.lens_aberration) / float(count);
+            vec4 color = vec4(tap.rgb, 1.0);
+            fore += light * front * color;
+            middle += light * (1.0 - front) * color;
+            float blur = ring_light(inner * inner, outer * outer, abs(tap.a), frame.lens_aberration) / float(count);
+            behind += (1.0 - share) * (blur + guess) * color;
+#if HAS_NEAR_SPECULAR
+            specular += light * vec2(front, 1.0 - front) * texelFetch(in_half_specular, there, 0).r;
+#endif
+        }
+    }
+    vec4 layer = stacked(fore, middle);
+    float kept = dot(vec2(fore.a, middle.a), vec2(1.0)) > 0.0 ? layer.a / (fore.a + middle.a) : 0.0;
+    return Near(layer, (specular.x + specular.y) * kept, behind);
+}
+
+// The picture behind the near layer at a texel behind focus: every sample within its own blur.
+vec4 gather_far(ivec2 texel, vec4 own, int n) {
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k <= n; k++) {
+        float inner = k == 0 ? 0.0 : own.a * ring_rim(k - 1, n), outer = own.a * ring_rim(k, n);
+        int first = k == 0 ? 0 : first_tap(k), count = k == 0 ? 1 : ring_taps(k);
+        for (int i = first; i < first + count; i++) {
+            vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, i, -0.5 * own.a), 0);
+            float light = ring_light(inner * inner, outer * outer, silhouette_px(own.a, tap.a), frame.lens_aberration) / float(count);
+            sum += (1.0 - near_layer_share(tap.a)) * light * vec4(tap.rgb, 1.0);
+        }
+    }
+    return sum;
+}
+
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    last = imageSize(out_near_gather) - 1;
+    bool inside = all(lessThanEqual(texel, last));
+    vec2 reach = texelFetch(in_tiles_dilated, ivec2(gl_WorkGroupID.xy), 0).xy;
+    vec4 own = texelFetch(in_prefiltered, min(texel, last), 0);
+    float own_share = near_layer_share(own.a);
+
+    Near near = Near(vec4(0.0), 0.0, vec4(0.0));
+    if (-reach.x > HALF_RES_BEGIN_PX) {
+        int n = ring_count(-0.5 * reach.x, RINGS);
+        place_taps(n);
+        near = gather_near(texel, own, reach.x, n);
+    }
+    vec4 behind = mix(vec4(own.rgb, 1.0), near.behind, float(own_share > 0.0));
+    if (reach.y > HALF_RES_BEGIN_PX) {
+        int n = ring_count(0.5 * reach.y, RINGS);
+        place_taps(n);
+        if (own.a > HALF_RES_BEGIN_PX) behind = gather_far(texel, own, n);
+    }
+    if (!inside) return;
+    imageStore(out_near_gather, texel, near.layer);
+    imageStore(out_far_gather, texel, behind.a > 0.0 ? vec4(behind.rgb / behind.a, 1.0) : vec4(own.rgb, 0.0));
+#if HAS_NEAR_SPECULAR
+    imageStore(out_near_specular, texel, vec4(near.specular));
+#endif
+}

@@ -1,0 +1,83 @@
+// Puts the blurred picture together at full resolution: what is sharp, what is blurred behind it, and the near layer over both.
+// Reads: lit (radiance), coc (px), full resolution; near_blur (premultiplied; a: coverage), far_blur (radiance; a: validity), prefiltered
+//   (a: CoC, px), near_specular (luminance, lit scenes only), half resolution; tiles_dilated (px).
+// Writes: post (radiance; a: specular luminance of the near layer, premultiplied), full resolution.
+// Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC (joint bilateral upsampling,
+// Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
+#include "shared/frame.glsl"
+#include "lib/coc.glsl"
+#include "dof/layers.glsl"
+#include "dof/slight_focus.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;  // a quarter of a tile: what is read from the tile is uniform
+uniform sampler2D in_lit;
+uniform sampler2D in_coc;
+uniform sampler2D in_near_blur;
+uniform sampler2D in_far_blur;
+uniform sampler2D in_prefiltered;
+uniform sampler2D in_tiles_dilated;
+layout(rgba16f) uniform writeonly image2D out_post;
+#if HAS_NEAR_SPECULAR
+uniform sampler2D in_near_specular;
+#endif
+
+const float OTHER_SURFACE = 1e-3;  // weight of a texel of another surface: counts only if all four are
+
+// What lies behind the near layer at `pixel`, from half resolution; a: validity.
+vec4 upsampled(ivec2 pixel, float own) {
+    ivec2 last = textureSize(in_far_blur, 0) - 1;
+    vec2 position = (vec2(pixel) + 0.5) * 0.5 - 0.5;
+    ivec2 corner = ivec2(floor(position));
+    vec2 f = position - vec2(corner);
+    vec4 sum = vec4(0.0);
+    float weight = 0.0;
+    for (int i = 0; i < 4; i++) {
+        ivec2 step = ivec2(i & 1, i >> 1);
+        ivec2 texel = clamp(corner + step, ivec2(0), last);
+        vec2 bilinear = mix(1.0 - f, f, vec2(step));
+        float same = 1.0 - smoothstep(0.0, 1.0, abs(texelFetch(in_prefiltered, texel, 0).a - own) / frame.layer_fade_px);
+        float w = bilinear.x * bilinear.y * max(same, OTHER_SURFACE);
+        sum += w * texelFetch(in_far_blur, texel, 0);
+        weight += w;
+    }
+    return sum / weight;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_post);
+    bool inside = all(lessThan(pixel, size));
+    vec2 reach = texelFetch(in_tiles_dilated, ivec2(gl_WorkGroupID.xy) / 2, 0).xy;
+    vec4 sharp = finite_radiance(texelFetch(in_lit, min(pixel, size - 1), 0));
+    if (max(-reach.x, reach.y) <= IN_FOCUS_COC_PX) {
+        if (inside) imageStore(out_post, pixel, vec4(sharp.rgb, 0.0));
+        return;
+    }
+    float own = gathered_coc(texelFetch(in_coc, min(pixel, size - 1), 0).r, frame.max_coc_px);
+    float half_res = smoothstep(HALF_RES_BEGIN_PX, HALF_RES_END_PX, abs(own));
+    vec3 behind = sharp.rgb;
+    float validity = 1.0;
+#if SLIGHT_FOCUS
+    float reach_px = min(max(-reach.x, reach.y), HALF_RES_END_PX);
+    int n = ring_count(reach_px, SLIGHT_RINGS);
+    place_taps(n);
+    float radius = max(min(abs(own), HALF_RES_END_PX), clamp(-reach.x, 0.0, HALF_RES_END_PX));
+    if (half_res < 1.0 && radius > IN_FOCUS_COC_PX) behind = slight_focus(in_lit, in_coc, min(pixel, size - 1), own, radius, n);
+#endif
+    if (half_res > 0.0) {
+        vec4 blurred = upsampled(pixel, own);
+        behind = mix(behind, blurred.rgb, half_res);
+        validity = mix(1.0, blurred.a, half_res);
+    }
+    if (!inside) return;
+    vec2 uv = (vec2(pixel) + 0.5) * 0.5 / vec2(textureSize(in_near_blur, 0));
+    vec4 near = -reach.x > HALF_RES_BEGIN_PX ? textureLod(in_near_blur, uv, 0.0) : vec4(0.0);
+    // Where nothing behind the near layer was seen, the near layer is all there is to show.
+    float open = (1.0 - near.a) * validity;
+    vec3 color = (near.rgb + open * behind) / max(near.a + open, 1e-6);
+#if HAS_NEAR_SPECULAR
+    float specular = -reach.x > HALF_RES_BEGIN_PX ? textureLod(in_near_specular, uv, 0.0).r : 0.0;
+#else
+    float specular = 0.0;
+#endif
+    imageStore(out_post, pixel, vec4(color, specular));
+}

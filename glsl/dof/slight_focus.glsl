@@ -1,0 +1,35 @@
+// The blur of slight defocus, gathered at full resolution, where half resolution would be too soft. Included by post.comp only.
+// Method: the gather of gather.comp with a kernel of one or two rings (the full-resolution path of Jimenez 2014); samples that the
+// half-resolution near layer draws are left to it.
+#include "shared/frame.glsl"
+#include "lib/kernel.glsl"
+#include "dof/layers.glsl"
+
+const int SLIGHT_RINGS = 2;
+shared vec2 taps[1 + 4 * SLIGHT_RINGS * (SLIGHT_RINGS + 1)];
+
+// Fills `taps` for a kernel of n rings; the whole work group calls it.
+void place_taps(int n) {
+    int i = int(gl_LocalInvocationIndex);
+    if (i < kernel_taps(n)) taps[i] = kernel_tap(i, n, frame.frame_index, BLADES, frame.lens_rotation, frame.lens_anamorphic);
+    barrier();
+}
+
+// Radiance at `pixel` of CoC `own` [px], from a kernel of `radius` px and n rings.
+vec3 slight_focus(sampler2D radiance, sampler2D circle, ivec2 pixel, float own, float radius, int n) {
+    ivec2 last = textureSize(circle, 0) - 1;
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k <= n; k++) {
+        float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
+        int first = k == 0 ? 0 : first_tap(k), count = k == 0 ? 1 : ring_taps(k);
+        for (int i = first; i < first + count; i++) {
+            // Only the own pixel's side of focus has its kernel's orientation right; within 4 px the other side's mirror image is not told apart.
+            ivec2 there = clamp(ivec2(floor(vec2(pixel) + 0.5 - radius * sign(own) * taps[i])), ivec2(0), last);
+            float coc = gathered_coc(texelFetch(circle, there, 0).r, frame.max_coc_px);
+            float light = ring_light(inner * inner, outer * outer, silhouette_px(own, coc), frame.lens_aberration) / float(count);
+            light *= 1.0 - near_layer_share(coc);
+            sum += light * vec4(finite_radiance(texelFetch(radiance, there, 0)).rgb, 1.0);
+        }
+    }
+    return sum.rgb / max(sum.a, 1e-6);
+}

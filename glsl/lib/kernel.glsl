@@ -1,0 +1,43 @@
+// The gather kernel: a centre tap and rings of 8, 16, 24, ... taps, each tap standing for the same area of the aperture (Jimenez 2014).
+// Float64 twins: app/dof_math.py.
+#include "lib/lens.glsl"
+
+const float GOLDEN = 0.618033989;   // turns of the golden angle: successive rotations never repeat
+const float PLASTIC = 0.754877666;  // 1 / plastic number: with GOLDEN a low-discrepancy pair (Roberts 2018, R2)
+
+// Rings for a kernel of `radius_texels`: rings about a texel apart, `most` at the most.
+int ring_count(float radius_texels, int most) {
+    return clamp(int(ceil(radius_texels - 0.5)), 1, most);
+}
+
+// Outer rim of ring k of n (k = 0: the centre tap), as a fraction of the kernel's radius.
+float ring_rim(int k, int n) {
+    return (float(k) + 0.5) / (float(n) + 0.5);
+}
+
+// Taps of ring k >= 1, and of all rings up to and including n with the centre.
+int ring_taps(int k) { return 8 * k; }
+int kernel_taps(int n) { return 1 + 4 * n * (n + 1); }
+
+// Index of the first tap of ring k >= 1.
+int first_tap(int k) { return 1 + 4 * k * (k - 1); }
+
+// Point of the aperture (unit half diameter) at `turn` of the way round and enclosed-area fraction `area`, uniform by area in both.
+vec2 aperture_point(float turn, float area, int blades, float rotation, float anamorphic) {
+    float angle = 2.0 * PI * turn;
+    vec2 point = blades < 3 ? sqrt(area) * vec2(cos(angle), sin(angle)) : polygon_point(vec2(fract(turn), area), blades, rotation);
+    return vec2(point.x / anamorphic, point.y);
+}
+
+// Where in the aperture tap `index` of a kernel of n rings samples in frame `index_of_frame`: each frame turns the rings and moves them
+// within their own area, so that the mean over frames fills the aperture evenly.
+vec2 kernel_tap(int index, int n, uint index_of_frame, int blades, float rotation, float anamorphic) {
+    if (index == 0) return vec2(0.0);
+    int k = int(floor((1.0 + sqrt(float(index))) * 0.5));
+    if (index < first_tap(k)) k--;
+    if (index >= first_tap(k + 1)) k++;
+    float frame = float(index_of_frame & 1023u);  // exact in float, and fract() of its multiples keeps its bits
+    float turn = (float(index - first_tap(k)) + fract(float(k) * GOLDEN + frame * GOLDEN)) / float(ring_taps(k));
+    float inner = ring_rim(k - 1, n), outer = ring_rim(k, n);
+    return aperture_point(turn, mix(inner * inner, outer * outer, fract(0.5 + frame * PLASTIC)), blades, rotation, anamorphic);
+}

@@ -1,0 +1,31 @@
+// Brings every vertex of the scene to this frame's jittered clip space.
+// Reads: the vertex buffer (world, m).
+// Writes: what gbuffer.frag interpolates.
+#include "shared/frame.glsl"
+#include "lib/octahedral.glsl"
+
+in vec3 position;
+in uint normal;
+in uint material;
+out vec3 v_normal;
+flat out uint v_material;
+#if TEXTURED
+in vec2 uv;
+out vec2 v_uv;
+#endif
+#if NORMAL_MAPPED
+in uint tangent;
+out vec4 v_tangent;
+#endif
+
+void main() {
+    gl_Position = frame.view_proj * vec4(position, 1.0);
+    v_normal = unpack_normal(normal);
+    v_material = material;
+#if TEXTURED
+    v_uv = uv;
+#endif
+#if NORMAL_MAPPED
+    v_tangent = unpack_tangent(tangent);
+#endif
+}

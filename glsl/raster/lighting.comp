@@ -1,0 +1,36 @@
+// Lights the G-buffer with the same shade() that lights ray hits.
+// Reads (full resolution): in_base_color (linear, a: metallic), in_normal (octahedral, roughness, coverage), in_depth (planar, m),
+//        in_emissive (linear radiance) where the scene has any.
+// Writes (full resolution): out_lit (linear radiance; a: luminance of its specular part).
+// Method: deferred shading (Saito and Takahashi 1990); shade() in shared/shade.glsl.
+#include "shared/primary.glsl"
+#include "shared/shade.glsl"
+#include "lib/coc.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+uniform sampler2D in_base_color;
+uniform sampler2D in_normal;
+uniform sampler2D in_depth;
+#if HAS_EMISSIVE
+uniform sampler2D in_emissive;
+#endif
+layout(rgba16f) writeonly uniform image2D out_lit;
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(frame.size_px)))) return;
+    float z = texelFetch(in_depth, pixel, 0).r;
+    vec3 position = camera_to_world(sample_in_camera(vec2(pixel) + 0.5 + frame.jitter_px, z));
+    vec3 view_dir = normalize(frame.lens_eye - position);
+    if (z >= SKY_DEPTH) {
+        imageStore(out_lit, pixel, vec4(sky_radiance(-view_dir), 0.0));
+        return;
+    }
+    vec4 base = texelFetch(in_base_color, pixel, 0);
+    vec4 normal = texelFetch(in_normal, pixel, 0);
+    Surface s = Surface(position, octahedral_decode(normal.xy), base.rgb, base.a, normal.z, vec3(0.0));
+#if HAS_EMISSIVE
+    s.emissive = texelFetch(in_emissive, pixel, 0).rgb;
+#endif
+    imageStore(out_lit, pixel, shade(s, view_dir));
+}

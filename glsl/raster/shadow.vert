@@ -1,0 +1,20 @@
+// Brings every vertex of the scene to the sun's clip space.
+// Reads: the vertex buffer (world, m), sun_view_proj.
+// Writes: what shadow.frag interpolates.
+uniform mat4 sun_view_proj;
+
+in vec3 position;
+#if ALPHA_MASKED
+in vec2 uv;
+in uint material;
+out vec2 v_uv;
+flat out uint v_material;
+#endif
+
+void main() {
+    gl_Position = sun_view_proj * vec4(position, 1.0);
+#if ALPHA_MASKED
+    v_uv = uv;
+    v_material = material;
+#endif
+}

@@ -1,0 +1,171 @@
+"""The tree's invariants, on meshes made to break builders."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.bvh import build
+from app.bvh.build import Bvh, build_bvh
+from app.bvh.pack import (
+    BVH_NODE,
+    MAX_LEAF,
+    NO_CHILD,
+    child_boxes,
+    is_leaf,
+    leaf_range,
+    leaf_reference,
+    pack_triangle_positions,
+    pack_triangles,
+)
+
+
+def soup(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (m, 3, 3) as positions and indices."""
+    return corners.reshape(-1, 3).astype(np.float32), np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3)
+
+
+def random_soup(count: int, size: float = 0.05, seed: int = 0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return rng.random((count, 1, 3)) + size * rng.standard_normal((count, 3, 3))
+
+
+ONE = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]], float)
+MESHES = {
+    "none": np.zeros((0, 3, 3)),
+    "one": ONE,
+    "two": np.stack([ONE[0], ONE[0] + (0, 0, 1)]),
+    "two equal": np.repeat(ONE, 2, axis=0),
+    "five": random_soup(5),
+    "duplicates": np.repeat(ONE, 1000, axis=0),
+    "concentric": (ONE - ONE.mean(axis=1, keepdims=True)) * np.arange(1, 301)[:, None, None],
+    "points": np.repeat(np.random.default_rng(1).random((200, 1, 3)), 3, axis=1),
+    "one point": np.full((100, 3, 3), 0.3),
+    "flat": random_soup(500) * [1, 0, 1],
+    "line": random_soup(500) * [0, 0, 1],
+    "slivers": random_soup(500) * [1, 1e-6, 1] + np.random.default_rng(2).random((500, 1, 3)) * [0, 1, 0],
+    "far away": random_soup(500) + 1e6,
+    "huge": random_soup(500) * 1e11,
+    "tiny": random_soup(500) * 1e-36,
+    "geometric": ONE * (0.5 ** (np.arange(600) / 6))[:, None, None],
+    "soup": random_soup(20_000),
+}
+
+
+def check(bvh: Bvh, positions: np.ndarray, indices: np.ndarray) -> None:
+    """Every triangle in one leaf, every node reached once, every box tight around what is below, the depth as told."""
+    assert bvh.nodes.dtype == BVH_NODE
+    np.testing.assert_array_equal(np.sort(bvh.order), np.arange(len(indices)))
+    corners = positions[indices[bvh.order]]
+    lo, hi = child_boxes(bvh.nodes)
+    reached = np.zeros(len(bvh.nodes), int)
+    covered = np.zeros(len(indices), int)
+    levels, current = [], np.array([0])
+    while current.size:
+        np.add.at(reached, current, 1)
+        levels.append(current)
+        reference = bvh.nodes["child"][current, :2].ravel()
+        leaf = reference[is_leaf(reference)]
+        leaf = leaf[:1] if len(indices) == 1 else leaf  # a lone leaf stands in both places
+        for first, count in zip(*leaf_range(leaf), strict=True):
+            assert 1 <= count <= build.LEAF_SIZE
+            covered[first : first + count] += 1
+        current = reference[~is_leaf(reference) & (reference != NO_CHILD)].astype(int)
+    assert (reached == 1).all()
+    assert (covered == 1).all()
+    assert len(levels) == bvh.depth <= build.MAX_DEPTH
+    for level in reversed(levels):
+        for node in level:
+            for child in range(2):
+                reference = bvh.nodes["child"][node, child]
+                if reference == NO_CHILD:
+                    continue
+                if is_leaf(reference):
+                    first, count = leaf_range(reference)
+                    below = corners[first : first + count].reshape(-1, 3)
+                    expected = below.min(axis=0), below.max(axis=0)
+                else:
+                    expected = lo[reference].min(axis=0), hi[reference].max(axis=0)
+                np.testing.assert_array_equal((lo[node, child], hi[node, child]), expected)
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_invariants(name: str) -> None:
+    positions, indices = soup(MESHES[name])
+    with np.errstate(all="raise", under="ignore"):
+        bvh = build_bvh(positions, indices)
+    check(bvh, positions, indices)
+    assert np.isfinite(bvh.stats.sah_cost)
+    assert bvh.stats.inner_nodes == len(bvh.nodes)
+
+
+def test_small_trees_have_the_documented_form() -> None:
+    none, one = (build_bvh(*soup(MESHES[name])).nodes["child"][0, :2] for name in ("none", "one"))
+    assert (none == NO_CHILD).all()
+    assert is_leaf(one[0])
+    assert one[1] == one[0]
+    assert is_leaf(build_bvh(*soup(MESHES["two"])).nodes["child"][0, :2]).all()
+
+
+def test_same_input_same_tree() -> None:
+    mesh = soup(random_soup(3000))
+    first, second = build_bvh(*mesh), build_bvh(*mesh)
+    assert first.nodes.tobytes() == second.nodes.tobytes()
+    assert first.order.tobytes() == second.order.tobytes()
+
+
+@pytest.mark.parametrize("bound", [11, 12, 14])
+def test_depth_bound_holds_for_chains(bound: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build, "MAX_DEPTH", bound)
+    positions, indices = soup(np.repeat(ONE, 5000, axis=0) * (0.5 ** (np.arange(5000) / 60))[:, None, None])
+    bvh = build_bvh(positions, indices)  # 5000 / 4 needs at least 11 halvings
+    check(bvh, positions, indices)
+
+
+def test_sah_beats_halving() -> None:
+    """The cost of a tree cut by SAH is well below one whose every node is halved in input order."""
+    positions, indices = soup(random_soup(4000, size=0.01))
+    sah = build_bvh(positions, indices).stats.sah_cost
+    halved = len(indices)  # any random order makes nearly all boxes as large as the root's
+    assert sah < 0.1 * halved
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e13])
+def test_unusable_coordinates_are_refused(bad: float) -> None:
+    positions, indices = soup(random_soup(10))
+    positions[7, 1] = bad
+    with pytest.raises(ValueError, match="coordinate"):
+        build_bvh(positions, indices)
+
+
+def test_unused_vertices_do_not_matter() -> None:
+    positions, indices = soup(random_soup(10))
+    check(build_bvh(np.vstack([positions, [[np.nan] * 3]]).astype(np.float32), indices), positions, indices)
+
+
+def test_progress_rises_to_one() -> None:
+    seen: list[float] = []
+    build_bvh(*soup(random_soup(3000)), lambda text, fraction: seen.append(fraction))
+    assert seen == sorted(seen)
+    assert seen[0] > 0
+    assert seen[-1] == 1.0
+
+
+def test_leaf_references_round_trip() -> None:
+    first, count = np.array([0, 5, (1 << 28) - 8]), np.array([1, 4, MAX_LEAF])
+    reference = leaf_reference(first, count)
+    assert is_leaf(reference).all()
+    np.testing.assert_array_equal(leaf_range(reference), (first, count))
+    assert not is_leaf(np.array([NO_CHILD, 0, 12345], np.uint32)).any()
+
+
+def test_packed_triangles_follow_the_leaf_order() -> None:
+    positions, indices = soup(random_soup(50))
+    materials = np.arange(len(positions), dtype=np.uint32) // 3
+    order = build_bvh(positions, indices).order
+    triangles = pack_triangles(order, indices, materials)
+    np.testing.assert_array_equal(triangles[:, :3], indices[order])
+    np.testing.assert_array_equal(triangles[:, 3], order)
+    np.testing.assert_array_equal(
+        pack_triangle_positions(order, positions, indices)[..., :3], positions[indices[order]]
+    )

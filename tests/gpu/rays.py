@@ -1,0 +1,141 @@
+"""Runs glsl/rays/traverse.glsl on arrays of rays, and says how far float32 may be off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from app.bvh.build import Bvh, build_bvh
+from app.bvh.oracle import intersect_triangle
+from app.bvh.pack import pack_triangle_positions, pack_triangles
+from app.gpu.shaders import assemble, load_glsl
+
+ULP = 2.0**-24  # largest relative rounding error of one float32 operation
+FAR = 1e30
+MISS = np.iinfo(np.uint32).max
+
+KERNEL = """#include "rays/traverse.glsl"
+layout(local_size_x = 64) in;
+layout(std430) readonly buffer Rays { vec4 rays[]; };
+layout(std430) writeonly buffer Results { uvec4 results[]; };
+uniform uint count;
+uniform float t_min, t_max;
+ALPHA
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= count) return;
+    Hit hit = Hit(0.0, 0u, uvec3(0u), 0u, vec2(0.0));
+    Ray ray = Ray(rays[2u * i].xyz, rays[2u * i + 1u].xyz, t_min);
+    bool found = TRACE;
+    results[i] = uvec4(floatBitsToUint(hit.t), found ? hit.triangle : 0xffffffffu, floatBitsToUint(hit.barycentrics));
+}"""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What the shader answered. `place` is the triangle's place in leaf order, `triangle` its index in the mesh."""
+
+    hit: np.ndarray  # (r,) bool
+    t: np.ndarray  # (r,) float64
+    place: np.ndarray  # (r,)
+    triangle: np.ndarray  # (r,)
+    barycentrics: np.ndarray  # (r, 2)
+
+
+class Mesh:
+    """Triangles (m, 3, 3) with their tree in GPU buffers."""
+
+    def __init__(
+        self, ctx: moderngl.Context, positions: np.ndarray, indices: np.ndarray, materials: np.ndarray | None = None
+    ):
+        self.ctx = ctx
+        positions = np.ascontiguousarray(positions, np.float32)
+        indices = np.ascontiguousarray(indices, np.uint32)
+        materials = np.zeros(len(positions), np.uint32) if materials is None else materials
+        self.corners = positions[indices].astype(np.float64)
+        self.bvh: Bvh = build_bvh(positions, indices)
+        order = self.bvh.order
+        self.buffers = {
+            name: ctx.buffer(data.tobytes() or bytes(16))
+            for name, data in {
+                "BvhNodes": self.bvh.nodes,
+                "Triangles": pack_triangles(order, indices, materials),
+                "TrianglePositions": pack_triangle_positions(order, positions, indices),
+            }.items()
+        }
+
+    @staticmethod
+    def of(ctx: moderngl.Context, corners: np.ndarray, materials: np.ndarray | None = None) -> Mesh:
+        """A mesh from loose corners (m, 3, 3), with a material for each triangle."""
+        indices = np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3)
+        return Mesh(ctx, corners.reshape(-1, 3), indices, None if materials is None else np.repeat(materials, 3))
+
+    def trace(
+        self, origins: np.ndarray, directions: np.ndarray, t_min: float = 0.0, t_max: float = FAR,
+        call: str = "trace_closest(ray, t_max, hit)", alpha: str = "",
+    ) -> Result:  # fmt: skip
+        """Runs `call` for every ray."""
+        defines: Mapping[str, object] = {"BVH_STACK": self.bvh.depth, **({"HAS_ALPHA_MASK": 1} if alpha else {})}
+        kernel = KERNEL.replace("TRACE", call).replace("ALPHA", alpha)
+        shader = self.ctx.compute_shader(assemble("<test>", {**load_glsl(), "<test>": kernel}, defines).text)
+        rays = np.zeros((len(origins), 2, 4), np.float32)
+        rays[:, 0, :3], rays[:, 1, :3] = origins, directions
+        buffers = {
+            **self.buffers,
+            "Rays": self.ctx.buffer(rays.tobytes()),
+            "Results": self.ctx.buffer(reserve=16 * len(rays)),
+        }
+        blocks = [name for name in shader if isinstance(shader[name], moderngl.StorageBlock)]
+        for binding, name in enumerate(blocks):
+            shader[name].binding = binding
+            buffers[name].bind_to_storage_buffer(binding)
+        for name, value in {"count": len(rays), "t_min": t_min, "t_max": t_max}.items():
+            if name in shader:
+                shader[name] = value
+        shader.run(-(-len(rays) // 64))
+        self.ctx.memory_barrier()
+        raw = np.frombuffer(buffers["Results"].read(), np.uint32).reshape(-1, 4)
+        for resource in (shader, buffers["Rays"], buffers["Results"]):
+            resource.release()
+        hit, place, values = raw[:, 1] != MISS, raw[:, 1], raw.view(np.float32).astype(float)
+        triangle = np.full(len(raw), -1)
+        triangle[hit] = self.bvh.order[place[hit]]
+        return Result(hit, values[:, 0], place, triangle, values[:, 2:])
+
+    def release(self) -> None:
+        for buffer in self.buffers.values():
+            buffer.release()
+
+
+def rounding(origins: np.ndarray, directions: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What float32 may be off for rays (r, 3) and their triangles (r, 3, 3): (error of t, error of the weights).
+
+    Two sources. Each vertex is translated to the origin and sheared: four roundings of numbers below `reach`, a shift by
+    `shift`. It moves the plane by shift / |cos| along the ray, and the edge functions by shift * size each. Each edge function
+    then rounds products below size^2 three times; relative to the projected area that is an error of the weights, and
+    times the triangle's depth an error of t. `size` includes how far a ray may pass beside: the shift itself.
+    """
+    length = np.linalg.norm(directions, axis=1)
+    unit = directions / length[:, None]
+    relative = corners - origins[:, None]
+    reach = np.abs(relative).max(axis=(1, 2))
+    edges = corners[:, [1, 2, 0]] - corners
+    size = np.linalg.norm(edges, axis=2).max(axis=1)
+    projected = np.abs(np.einsum("ri,ri->r", np.cross(edges[:, 0], edges[:, 1]), unit))
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    shift = 2 * 4 * ULP * reach  # shear at most 1: two terms
+    spread = size + shift
+    with np.errstate(divide="ignore", invalid="ignore"):
+        weights = 2 * (shift * spread + 3 * ULP * spread**2) / projected
+        t = (shift * area / projected + weights * size) / length + 8 * ULP * reach / length
+    return t, weights
+
+
+def exact(origins: np.ndarray, directions: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(t, smallest weight) in float64 of the rays as the shader saw them: rounded to float32."""
+    o, d = (np.asarray(a, np.float32).astype(float) for a in (origins, directions))
+    t, v, w = intersect_triangle(o, d, corners)
+    return t, np.minimum(np.minimum(v, w), 1 - v - w)

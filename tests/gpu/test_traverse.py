@@ -1,0 +1,257 @@
+"""Traversal against Embree and float64: no hit lost, none invented, distances within float32 conditioning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+import trimesh
+
+from app.bvh.oracle import brute_force
+
+from .rays import FAR, Mesh, Result, exact, rounding
+
+RAYS = 1_000_000
+
+
+def unit_vectors(rng: np.random.Generator, count: int) -> np.ndarray:
+    v = rng.standard_normal((count, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+
+def as_float32(*arrays: np.ndarray) -> list[np.ndarray]:
+    return [np.asarray(a, np.float32).astype(float) for a in arrays]
+
+
+def assert_none_invented(mesh: Mesh, origins: np.ndarray, directions: np.ndarray, result: Result) -> None:
+    """Each reported triangle is really there, at the reported distance."""
+    o, d, corners = origins[result.hit], directions[result.hit], mesh.corners[result.triangle[result.hit]]
+    t, inside = exact(o, d, corners)
+    t_error, weight_error = rounding(o, d, corners)
+    with np.errstate(invalid="ignore"):
+        assert not np.any(inside < -weight_error)
+        assert not np.any(np.abs(t - result.t[result.hit]) > t_error)
+
+
+def assert_none_lost(
+    mesh: Mesh, origins: np.ndarray, directions: np.ndarray, result: Result, other_t: np.ndarray, other: np.ndarray
+) -> None:
+    """Where the other tracer saw a triangle (-1: none) closer than the shader did, it is not really hit there."""
+    rays = np.flatnonzero(other >= 0)
+    o, d, corners = origins[rays], directions[rays], mesh.corners[other[rays]]
+    t, inside = exact(o, d, corners)
+    t_error, weight_error = rounding(o, d, corners)
+    found = np.where(result.hit, result.t, np.inf)[rays]
+    with np.errstate(invalid="ignore"):
+        lost = (found > t + 2 * t_error) & (inside > weight_error)
+    assert not lost.any(), f"{lost.sum()} of {len(origins)} rays"
+
+
+def assert_mostly_certain(mesh: Mesh, origins: np.ndarray, directions: np.ndarray, other: np.ndarray) -> None:
+    """The tolerances leave something to test: nearly all of the hits lie well inside of their triangles."""
+    rays = np.flatnonzero(other >= 0)
+    _, inside = exact(origins[rays], directions[rays], mesh.corners[other[rays]])
+    _, weight_error = rounding(origins[rays], directions[rays], mesh.corners[other[rays]])
+    assert np.mean(inside > weight_error) > 0.99
+
+
+@pytest.fixture(scope="module")
+def room(ctx: moderngl.Context, shared_scenes: Path) -> Mesh:
+    geometry = trimesh.load(shared_scenes / "greywhite_room.glb").to_geometry()
+    return Mesh(ctx, geometry.vertices, geometry.faces)
+
+
+def test_real_room_against_embree(room: Mesh) -> None:
+    mesh_construction = pytest.importorskip("embreex.mesh_construction")
+    from embreex.rtcore_scene import EmbreeScene
+
+    rng = np.random.default_rng(1)
+    lo, hi = room.corners.min(axis=(0, 1)), room.corners.max(axis=(0, 1))
+    origins, directions = as_float32(rng.uniform(lo, hi, (RAYS, 3)), unit_vectors(rng, RAYS))
+    result = room.trace(origins, directions)
+    scene = EmbreeScene(robust=True)
+    mesh_construction.TriangleMesh(scene, room.corners.astype(np.float32))
+    embree = scene.run(origins.astype(np.float32), directions.astype(np.float32), output=True)
+    assert result.hit.mean() > 0.5
+    assert_mostly_certain(room, origins, directions, embree["primID"])
+    assert_none_invented(room, origins, directions, result)
+    assert_none_lost(room, origins, directions, result, embree["tfar"], embree["primID"])
+    any_hit = room.trace(origins[::5], directions[::5], call="trace_any(ray, t_max)")
+    np.testing.assert_array_equal(any_hit.hit, result.hit[::5])
+
+
+def nasty_corners(rng: np.random.Generator) -> np.ndarray:
+    """Slivers, duplicates, zero-area triangles, fans and axis-aligned boxes on integer planes."""
+    small = rng.uniform(-4, 4, (150, 1, 3)) + rng.normal(scale=0.5, size=(150, 3, 3))
+    thin = [s + rng.uniform(-4, 4, (60, 1, 3)) for s in (sliver(rng, 60, 1e-3), sliver(rng, 60, 1e-5))]
+    fan_angle = np.linspace(0, 2 * np.pi, 65)
+    rim = np.stack([np.cos(fan_angle), np.sin(fan_angle), 0 * fan_angle], axis=1) * 1.5
+    fan = np.stack([np.zeros((64, 3)), rim[:-1], rim[1:]], axis=1) + [0, 0, -3]
+    flat = np.repeat(rng.uniform(-4, 4, (30, 2, 3)), [2, 1], axis=1)  # two equal corners
+    boxes = [
+        np.asarray(trimesh.creation.box(extents=[2, 2, 2]).triangles) + c for c in ([-2, 0, 1], [0, 0, 1], [2, 2, -1])
+    ]
+    corners = np.concatenate([small, *thin, fan, flat, *boxes, small[:40], boxes[0]])
+    return corners.astype(np.float32).astype(float)
+
+
+def sliver(rng: np.random.Generator, count: int, width: float) -> np.ndarray:
+    along, across = unit_vectors(rng, count), unit_vectors(rng, count)
+    return np.stack([0 * along, 2 * along, along + width * across], axis=1)
+
+
+def nasty_rays(rng: np.random.Generator, corners: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Random, axis-aligned (from integer planes, zeros of both signs), and aimed at vertices, edges and inner points."""
+    origins = rng.uniform(-5, 5, (count, 3))
+    directions = unit_vectors(rng, count)
+    kind = np.arange(count) % 4
+    axis = np.zeros((count, 3))
+    axis[np.arange(count), rng.integers(0, 3, count)] = rng.choice([-1.0, 1.0], count)
+    axis[axis == 0] = rng.choice([-0.0, 0.0], 2 * count)
+    aligned = kind == 1
+    directions[aligned] = axis[aligned]
+    origins[aligned] = np.where(rng.random((aligned.sum(), 3)) < 0.5, np.round(origins[aligned]), origins[aligned])
+    weights = rng.dirichlet([1, 1, 1], count)
+    weights[kind == 2] = np.eye(3)[rng.integers(0, 3, (kind == 2).sum())]
+    on_edge = kind == 3
+    weights[on_edge, 2] = 0
+    weights[on_edge] /= weights[on_edge].sum(axis=1, keepdims=True)
+    aimed = kind >= 2
+    target = np.einsum("ri,rij->rj", weights, corners[rng.integers(0, len(corners), count)])
+    directions[aimed] = target[aimed] - origins[aimed]
+    return tuple(as_float32(origins, directions))  # type: ignore[return-value]
+
+
+def test_nasty_mesh_against_float64(ctx: moderngl.Context) -> None:
+    rng = np.random.default_rng(2)
+    corners = nasty_corners(rng)
+    mesh = Mesh.of(ctx, corners)
+    origins, directions = nasty_rays(rng, corners, 24_000)
+    result = mesh.trace(origins, directions)
+    truth = brute_force(origins, directions, corners)
+    assert_none_invented(mesh, origins, directions, result)
+    assert_none_lost(mesh, origins, directions, result, truth.t, truth.triangle)
+    mesh.release()
+
+
+def test_million_random_rays_on_the_nasty_mesh_are_all_really_hit(ctx: moderngl.Context) -> None:
+    rng = np.random.default_rng(3)
+    mesh = Mesh.of(ctx, nasty_corners(rng))
+    origins, directions = nasty_rays(rng, mesh.corners, RAYS)
+    result = mesh.trace(origins, directions)
+    assert 0.3 < result.hit.mean() < 1
+    assert_none_invented(mesh, origins, directions, result)
+    mesh.release()
+
+
+def bumpy(sphere: trimesh.Trimesh, rng: np.random.Generator) -> np.ndarray:
+    return np.asarray(sphere.vertices) * rng.uniform(0.8, 1.2, (len(sphere.vertices), 1))
+
+
+@pytest.mark.parametrize("shape", ["sphere", "bumpy", "flattened", "far away"])
+def test_nothing_escapes_a_closed_mesh(ctx: moderngl.Context, shape: str) -> None:
+    """Rays from inside aimed at edges and vertices: each ray meets the surface somewhere."""
+    rng = np.random.default_rng(4)
+    sphere = trimesh.creation.icosphere(subdivisions=4)
+    vertices = (
+        {
+            "sphere": lambda: np.asarray(sphere.vertices),
+            "bumpy": lambda: bumpy(sphere, rng),
+            "flattened": lambda: np.asarray(sphere.vertices) * [1, 1e-3, 1],
+            "far away": lambda: np.asarray(sphere.vertices) + [1000, -500, 250],
+        }[shape]()
+        .astype(np.float32)
+        .astype(float)
+    )
+    mesh = Mesh(ctx, vertices, sphere.faces)
+    count = RAYS // 4
+    centre = vertices.mean(axis=0)
+    start = vertices[rng.integers(0, len(vertices), count)]
+    origins = centre + (start - centre) * rng.uniform(
+        0, 0.5, (count, 1)
+    )  # inside: every shape is star-shaped from here
+    edge = sphere.edges_unique[rng.integers(0, len(sphere.edges_unique), count)]
+    along = np.where(rng.random(count) < 0.3, 0.0, rng.random(count))[:, None]
+    targets = vertices[edge[:, 0]] * (1 - along) + vertices[edge[:, 1]] * along
+    origins, directions = as_float32(origins, targets - origins)
+    result = mesh.trace(origins, directions)
+    assert result.hit.all(), f"{np.sum(~result.hit)} rays escaped"
+    assert mesh.trace(origins, directions, call="trace_any(ray, t_max)").hit.all()
+    assert_none_invented(mesh, origins, directions, result)
+    mesh.release()
+
+
+def test_axis_aligned_rays_stay_inside_an_axis_aligned_box(ctx: moderngl.Context) -> None:
+    """Directions with exact zeros, origins on the planes and diagonals of the faces: 0 * inf must not appear."""
+    box = trimesh.creation.box(extents=[2, 2, 2])
+    mesh = Mesh(ctx, box.vertices, box.faces)
+    grid = np.stack(np.meshgrid(*[np.linspace(-1, 1, 9)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    origins, directions = (a.reshape(-1, 3) for a in np.broadcast_arrays(grid[:, None], axes[None]))
+    result = mesh.trace(origins, directions)
+    assert result.hit.all()
+    beyond = np.einsum("ri,ri->r", origins, directions)
+    travels_in_face = (np.abs(origins) == 1) & (directions == 0)
+    inside = ~travels_in_face.any(axis=1) & (beyond > -1)
+    np.testing.assert_array_equal(result.t[inside], (1 - beyond)[inside])
+    mesh.release()
+
+
+def test_coincident_triangles_answer_with_the_first_in_leaf_order(ctx: moderngl.Context) -> None:
+    rng = np.random.default_rng(5)
+    sheet = np.array([[[-1, -1, 0], [1, -1, 0], [0, 1, 0]]], float)
+    mesh = Mesh.of(ctx, np.concatenate([np.repeat(sheet, 500, axis=0), sheet[:, [1, 2, 0]] + [5, 0, 0]]))
+    origins = np.column_stack([rng.uniform(-0.2, 0.2, (1000, 2)), np.ones(1000)])
+    result = mesh.trace(origins, np.broadcast_to([0.0, 0, -1], (1000, 3)))
+    assert result.hit.all()
+    assert (result.place == np.flatnonzero(mesh.bvh.order < 500)[0]).all()
+    mesh.release()
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 5])
+def test_tiny_trees(ctx: moderngl.Context, count: int) -> None:
+    triangle = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], float)
+    mesh = Mesh.of(ctx, np.stack([triangle + [0, 0, i] for i in range(count)]) if count else np.zeros((0, 3, 3)))
+    origins = np.array([[0, 0, -1.0], [0, 0, count + 1.0], [5, 5, -1]])
+    result = mesh.trace(origins, np.array([[0, 0, 1.0], [0, 0, -1], [0, 0, 1]]))
+    np.testing.assert_array_equal(result.hit, [count > 0, count > 0, False])
+    if count:
+        np.testing.assert_array_equal(result.t[:2], [1, 2])
+        np.testing.assert_array_equal(result.triangle[:2], [0, count - 1])
+    mesh.release()
+
+
+def test_only_hits_between_t_min_and_t_max_count(ctx: moderngl.Context) -> None:
+    triangle = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], float)
+    mesh = Mesh.of(ctx, np.stack([triangle + [0, 0, z] for z in (1, 2, 3)]))
+    ray = np.zeros((1, 3)), np.array([[0, 0, 2.0]])  # t counts in lengths of the direction
+    cases = [(0, FAR, 0.5), (0.5, FAR, 0.5), (0.6, FAR, 1), (0, 0.4, None), (1.1, 1.4, None), (1.2, 1.5, 1.5)]
+    for t_min, t_max, expected in cases:
+        closest = mesh.trace(*ray, t_min, t_max)
+        assert (closest.t[0] if closest.hit[0] else None) == expected
+        assert mesh.trace(*ray, t_min, t_max, call="trace_any(ray, t_max)").hit[0] == (expected is not None)
+    mesh.release()
+
+
+def test_masked_holes_let_rays_through(ctx: moderngl.Context) -> None:
+    """A mask by material and weights equals tracing the triangles that are left, wherever the weights agree."""
+    rng = np.random.default_rng(6)
+    corners = (
+        (rng.uniform(-1, 1, (400, 1, 3)) + rng.normal(scale=0.3, size=(400, 3, 3))).astype(np.float32).astype(float)
+    )
+    material = rng.integers(0, 4, 400).astype(np.uint32)
+    mesh = Mesh.of(ctx, corners, material)
+    alpha = "bool alpha_passes(uint material, uvec3 v, vec2 weights, float t) { return (material & 1u) == 0u && v.x % 3u == 0u; }"
+    origins, directions = as_float32(rng.uniform(-2, 2, (20_000, 3)), unit_vectors(rng, 20_000))
+    result = mesh.trace(origins, directions, alpha=alpha)
+    even = np.flatnonzero(material % 2 == 0)
+    truth = brute_force(origins, directions, corners[even])
+    assert not np.isin(result.triangle[result.hit], np.flatnonzero(material % 2)).any()
+    other = np.where(truth.triangle >= 0, even[truth.triangle], -1)
+    assert_none_invented(mesh, origins, directions, result)
+    assert_none_lost(mesh, origins, directions, result, truth.t, other)
+    any_hit = mesh.trace(origins, directions, alpha=alpha, call="trace_any(ray, t_max)")
+    np.testing.assert_array_equal(any_hit.hit, result.hit)
+    mesh.release()
