@@ -126,7 +126,7 @@ def info(options: argparse.Namespace) -> int:
         f"ready in {bvh_seconds:.2f} s (built in {bvh.stats.seconds:.2f} s)"
     )
     vertex_bytes, index_bytes = 32 * len(triangles.positions), 12 * len(triangles.indices)
-    print(f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh.nodes.nbytes + 16 * len(bvh.order))}, images {_mib(sum(i.pixels.nbytes for i in scene.images))} (as 8-bit)")
+    print(f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh.nodes.nbytes + (16 + 48) * len(bvh.order))}, images {_mib(sum(i.pixels.nbytes for i in scene.images))} (as 8-bit)")
     for camera in scene.cameras:
         print(f"  camera {camera.name or '(unnamed)'}: {camera.fov_y_deg:.1f} degrees" + (f", focus {camera.focus_distance:g} m" if camera.focus_distance else ""))
     for note in (*report.notes, *cache_notes):

@@ -48,7 +48,7 @@ BINDINGS = (
     Binding(("lctrl", "rctrl"), "slow", "Fly", f"{SLOW:g} times as fast", "Ctrl"),
     Binding((), "speed", "Fly", "change the speed", "Wheel"),
     Binding((), "look", "Fly", "look around while held", "Right drag"),
-    Binding(("tab",), "toggle_look", "Fly", "look around with the mouse, until pressed again"),
+    Binding(("tab",), "toggle_look", "Fly", "look around with the mouse, until pressed again", "Tab"),
     Binding(("_0",), "view sharp", "View", "sharp: a pinhole, no depth of field"),
     Binding(("_1",), "view post", "View", "post-process"),
     Binding(("_2",), "view hybrid", "View", "hybrid"),

@@ -115,15 +115,14 @@ def _plane_costs(bins: int, segments: Segments, box: F32, bin_of: NDArray[np.uin
     count = np.bincount(cell, minlength=bins * nodes).reshape(bins, nodes).astype(np.float32)
     left_count = np.cumsum(count, axis=0)[:-1]
     right_count = segments.count.astype(np.float32) - left_count
-    cost = half_area(_running_minimum(boxes)[:, :-1]) * left_count
+    cost = half_area(_running_minimum(boxes.copy())[:, :-1]) * left_count
     cost += half_area(_running_minimum(boxes[:, ::-1])[:, -2::-1]) * right_count
     cost[(left_count == 0) | (right_count == 0)] = np.inf
     return cost
 
 
 def _running_minimum(boxes: F32) -> F32:
-    """Minimum over all bins up to each: `np.minimum.accumulate(boxes, axis=1)`, which numpy does not vectorise."""
-    result = boxes.copy()
+    """Minimum over all bins up to each, in place: `np.minimum.accumulate(axis=1)`, which numpy does not vectorise."""
     for this in range(1, boxes.shape[1]):
-        np.minimum(result[:, this], result[:, this - 1], out=result[:, this])
-    return result
+        np.minimum(boxes[:, this], boxes[:, this - 1], out=boxes[:, this])
+    return boxes

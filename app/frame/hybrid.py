@@ -24,16 +24,29 @@ def trace_defines(settings: Settings, facts: Facts) -> Defines:
     return (*lens_defines(settings, facts), *shading_defines(settings, facts))
 
 
+ONE_GROUP = (1 << 16, 1 << 16)  # a work group that covers every picture: the pass runs once
+
 HYBRID = (
-    Pass("mask_edges", "dof/mask_edges.comp", reads=("normal", "coc"), writes=("mask_edges",), needed=partly_occluded),
-    Pass("mask", "dof/mask.comp", reads=("mask_edges", "coc", "tiles_dilated"), writes=("mask",), fills=("RayTotals",), needed=partly_occluded),
-    Pass("ray_list", "dof/ray_list.comp", reads=("mask",), buffers=("RayTotals",), writes=("ray_count",), fills=("RayWork",), needed=partly_occluded),
+    Pass("mask_edges", "dof/mask_edges.comp", reads=("normal", "coc", "tiles_dilated"), writes=("mask_edges",), needed=partly_occluded),
+    Pass("mask_rows", "dof/mask_rows.comp", reads=("mask_edges", "tiles_dilated"), writes=("mask_rows",), needed=partly_occluded),
+    Pass("mask", "dof/mask.comp", reads=("mask_rows", "tiles_dilated"), writes=("mask",), fills=("RayHistogram",), needed=partly_occluded),
+    Pass("ray_budget", "dof/ray_budget.comp", buffers=("RayHistogram",), fills=("RayBudget",), grid="mask", group=ONE_GROUP, needed=partly_occluded),
+    Pass(
+        "ray_list",
+        "dof/ray_list.comp",
+        reads=("mask",),
+        history=("ray_count",),
+        buffers=("RayBudget",),
+        writes=("ray_count",),
+        fills=("RayWork",),
+        needed=partly_occluded,
+    ),
     Pass(
         "trace",
         "rays/trace.comp",
         reads=("ray_count",),
         buffers=("RayWork",),
-        writes=("trace_near", "trace_far", "trace_position"),
+        writes=("trace_near", "trace_far", "trace_motion"),
         indirect=("RayWork", 0),
         scene=True,
         rays=True,
@@ -43,7 +56,7 @@ HYBRID = (
     Pass(
         "accumulate",
         "rays/accumulate.comp",
-        reads=("trace_near", "trace_far", "trace_position", "ray_count", "depth"),
+        reads=("trace_near", "trace_far", "trace_motion", "ray_count", "mask"),
         history=("near_layer", "far_layer", "layer_state"),
         writes=("near_layer", "far_layer", "layer_state"),
         needed=partly_occluded,

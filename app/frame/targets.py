@@ -32,15 +32,16 @@ TARGETS: dict[str, Target] = {
         Target("far_blur", 4, "f2", "far_gather after the median", 2),
         Target("post", 4, "f2", "the post-processed picture, radiance; a: specular luminance of its near layer"),
         # hybrid
-        Target("mask_edges", 1, "f2", "mask response of the pixel itself, 0..1", 2, show="scalar"),
-        Target("mask", 1, "f2", "mask response after dilation by near CoC, 0..1; 0: no rays", 2, filter="nearest", show="scalar"),
-        Target("ray_count", 1, "f2", "lens rays traced in the pixel this frame", 2, filter="nearest", show="scalar", range=(0.0, 16.0)),
+        Target("mask_edges", 2, "f2", "x: mask response of an edge, 0..1; y: how far its near blur reaches, half-res px", 2, filter="nearest", show="scalar"),
+        Target("mask_rows", 4, "f4", "x: power of the row's strongest edge, half-res px^2; y: its reach, half-res px; z: its response", 2, filter="nearest", show="signed", range=(-400.0, 400.0)),
+        Target("mask", 2, "f2", "x: mask response where near blur reaches, 0..1, 0: no rays; y: weight of rays in the composite", 2, show="scalar"),
+        Target("ray_count", 2, "f4", "x: lens rays traced in the pixel this frame; y: in earlier frames", 2, history=True, filter="nearest", show="scalar", range=(0.0, 16.0)),
         Target("trace_near", 4, "f2", "this frame's near radiance times hit ratio; a: hit ratio", 2, filter="nearest"),
         Target("trace_far", 4, "f2", "this frame's far radiance times (1 - hit ratio); a: 1 - hit ratio", 2, filter="nearest"),
-        Target("trace_position", 4, "f4", "mean world position of far hits, m; a: share of rays that hit far", 2, filter="nearest"),
-        Target("near_layer", 4, "f4", "accumulated near radiance times hit ratio; a: accumulated hit ratio", 2, history=True),
-        Target("far_layer", 4, "f4", "accumulated far radiance times (1 - hit ratio); a: accumulated 1 - hit ratio", 2, history=True),
-        Target("layer_state", 4, "f4", "x: frames accumulated near, y: far; z: latest hit ratio; w: mean far depth, m", 2, history=True, filter="nearest"),
+        Target("trace_motion", 4, "f2", "mean screen motion since last frame, px; xy: of near hits, zw: of far hits", 2, filter="nearest", show="vector", range=(-8.0, 8.0)),
+        Target("near_layer", 4, "f4", "accumulated near radiance times hit ratio; a: accumulated hit ratio", 2, history=True, filter="nearest"),
+        Target("far_layer", 4, "f4", "accumulated far radiance times (1 - hit ratio); a: accumulated 1 - hit ratio", 2, history=True, filter="nearest"),
+        Target("layer_state", 4, "f4", "x: rays in the near mean, y: in the far mean; z: hit ratio to compose with; w: 1 if valid", 2, history=True, filter="nearest"),
         Target("hybrid", 4, "f2", "the hybrid picture, radiance"),
         # ray-traced view and raster reference
         Target("traced", 4, "f4", "mean radiance over lens samples; a: number of samples", filter="nearest"),
@@ -56,7 +57,8 @@ TARGETS: dict[str, Target] = {
 BUFFERS: dict[str, Buffer] = {
     b.name: b
     for b in (
-        Buffer("RayTotals", "sum of mask responses (16.16 fixed point) and number of masked pixels", header=16),
-        Buffer("RayWork", "three group counts for the indirect dispatch, item count, then one uvec2 (pixel, rays) per masked half-res pixel", header=16, bytes_per_pixel=8, scale=2),
+        Buffer("RayHistogram", "masked pixels per mask response, one count per step of 1/255", header=1024),
+        Buffer("RayBudget", "rays that a step of mask response is worth", header=16),
+        Buffer("RayWork", "three group counts for the indirect dispatch, pixel count, then x | y << 16 of each half-res pixel with rays", header=16, bytes_per_pixel=4, scale=2),
     )
 }

@@ -40,9 +40,11 @@ def pack_normals(normals: ArrayLike) -> NDArray[np.uint32]:
 
 
 def pack_tangents(tangents: ArrayLike) -> NDArray[np.uint32]:
-    """Tangents (n, 4) as `pack_normals` does, with the handedness w in the lowest bit of the high half."""
+    """Tangents (n, 4) as `pack_normals` does, with the second number even and the handedness w in its lowest bit."""
     tangents = np.asarray(tangents, np.float64)
-    packed = _pack(np.rint(octahedral_encode(tangents[:, :3]) * SNORM)) & ~np.uint32(HANDED_BIT)
+    steps = octahedral_encode(tangents[:, :3]) * SNORM
+    steps[:, 1] = 2.0 * np.rint(np.clip(steps[:, 1], 1.0 - SNORM, SNORM - 1.0) / 2.0)
+    packed = _pack(np.rint(steps))
     return np.where(tangents[:, 3] < 0.0, packed | np.uint32(HANDED_BIT), packed).astype(np.uint32)
 
 

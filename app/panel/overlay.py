@@ -18,6 +18,7 @@ _PASSIVE = (
     | imgui.WindowFlags_.no_focus_on_appearing
     | imgui.WindowFlags_.no_nav
 )
+HELP_EM = 60.0  # width of the help, in font heights
 MARGIN = 10.0  # px between a label and the picture's edge
 
 
@@ -66,6 +67,9 @@ def _progress(stage: str, fraction: float, picture: Rect) -> None:
 
 def _help(picture: Rect) -> None:
     x, y, width, height = picture
+    if width < HELP_EM * imgui.get_font_size():  # too narrow: use the whole window
+        display = imgui.get_io().display_size
+        x, y, width, height = 0.0, 0.0, display.x, display.y
     imgui.set_next_window_pos(imgui.ImVec2(x + width / 2, y + height / 2), imgui.Cond_.always, imgui.ImVec2(0.5, 0.5))
     imgui.set_next_window_bg_alpha(0.9)
     imgui.begin("##help", None, _PASSIVE)
@@ -80,9 +84,8 @@ def _help(picture: Rect) -> None:
 
 def _help_group(bindings: list[Binding]) -> None:
     imgui.text_colored(style.ACCENT, bindings[0].group)
-    left = imgui.get_cursor_pos_x()
     column = max(imgui.calc_text_size(binding.label).x for binding in bindings) + imgui.get_font_size()
     for binding in bindings:
         imgui.text_unformatted(binding.label)
-        imgui.same_line(left + column)
+        imgui.same_line(column)
         imgui.text_unformatted(binding.meaning)

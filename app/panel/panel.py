@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from ..scene.validate import count
 from . import style
 from .costs import draw_costs, draw_passes, muted
 from .knobs import draw_groups
@@ -92,5 +93,5 @@ class Panel:
         muted("F1: help")
         for cost in shown.costs:
             resting = ", resting" if cost.limit and cost.samples >= cost.limit else ""
-            muted(f"{cost.view}: {cost.samples} samples{resting}")
+            muted(f"{cost.view}: {count(cost.samples, 'sample')}{resting}")
         muted(f"fly speed {shown.speed:.3g} m/s")

@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 from ..camera import Viewpoint, read_viewpoint
 from ..errors import UserError
 from ..scene import gallery
+from ..scene.validate import count
 from . import style
 from .costs import muted
 from .model import Request, Shown
@@ -90,7 +91,7 @@ def _report(shown: Shown) -> None:
     muted(f"{report.triangles:,} triangles, {report.vertices:,} vertices, loaded in {report.seconds:.1f} s")
     if report.degenerate:
         muted(f"{report.degenerate:,} degenerate triangles dropped")
-    if report.notes and imgui.tree_node(f"{len(report.notes)} notes from loading###notes"):
+    if report.notes and imgui.tree_node(f"{count(len(report.notes), 'note')} from loading###notes"):
         for note in report.notes:
             muted(f"- {note}")
         imgui.tree_pop()

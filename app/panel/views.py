@@ -77,7 +77,7 @@ def draw_legend(target: Target, settings: Settings) -> None:
         muted("red, green, blue: x, y, z from -1 to 1; black: sky")
     else:
         _bar(legend_colors(target, low, high))
-        middle = {"vector": "hue: direction", "signed": "0 is white"}.get(target.show, f"{(low + high) / 2:.4g}")
+        middle = {"vector": "hue: direction", "signed": "0"}.get(target.show, f"{(low + high) / 2:.4g}")
         _ticks(*(("left", middle, "left") if target.show == "vector" else (f"{low:.4g}", middle, f"{high:.4g}")))
         if target.show == "vector":
             muted(f"brightness: length, full at {high:.4g} px; red points right, cyan left")
@@ -133,7 +133,7 @@ def _range(settings: Settings, requests: list[Request]) -> Settings:
 def _bar(colors: np.ndarray) -> None:
     drawing, corner = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
     width, height = imgui.get_content_region_avail().x, imgui.get_font_size()
-    packed = [imgui.color_convert_float4_to_u32(imgui.ImVec4(*map(float, color), 1.0)) for color in colors]
+    packed = [imgui.color_convert_float4_to_u32(imgui.ImVec4(float(r), float(g), float(b), 1.0)) for r, g, b in colors]
     step = width / (len(packed) - 1)
     for i, (a, b) in enumerate(zip(packed, packed[1:], strict=False)):
         low, high = imgui.ImVec2(corner.x + i * step, corner.y), imgui.ImVec2(corner.x + (i + 1) * step, corner.y + height)

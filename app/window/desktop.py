@@ -44,8 +44,8 @@ class Desktop:
     def __init__(self, title: str, size: tuple[int, int]) -> None:
         require_display()
         try:
-            from moderngl_window.context.pyglet.window import Window  # noqa: PLC0415  importing it already asks for the display
-            from pyglet.window import key  # noqa: PLC0415
+            from moderngl_window.context.pyglet.window import Window  # importing it already asks for the display
+            from pyglet.window import key
 
             self._key = key
             self._mglw: Any = Window(title=title, gl_version=divmod(REQUIRED // 10, 10), size=size, vsync=True, aspect_ratio=None)
@@ -53,12 +53,11 @@ class Desktop:
             raise UserError(f"no window with OpenGL 4.3 could be opened ({_reason(error)}); use `hybrid-dof shot` instead", NO_GRAPHICS) from error
         self._mglw.exit_key = None
         self._mglw.fullscreen_key = None
-        self._listener: Listener | None = None
         self._pyglet: Any = self._mglw._window
+        self._cursor: str | None = None
 
     def listen(self, listener: Listener) -> None:
         """Deliver events to `listener` from now on."""
-        self._listener = listener
         window, raw = self._mglw, self._pyglet
         pressed = window.keys.ACTION_PRESS
         window.key_event_func = lambda symbol, action, _: listener.on_key(self.key_name(symbol), action == pressed)
@@ -112,9 +111,11 @@ class Desktop:
         if title != self._mglw.title:
             self._mglw.title = title
 
-    def set_cursor(self, shape: str) -> None:
-        """ "default", "text", "size_left_right", "hand": pyglet's names."""
-        self._pyglet.set_mouse_cursor(self._pyglet.get_system_mouse_cursor(shape))
+    def set_cursor(self, shape: str | None) -> None:
+        """The pointer's shape by pyglet's name ("text", "hand", "size_left_right"); None: the usual arrow."""
+        if shape != self._cursor:
+            self._cursor = shape
+            self._pyglet.set_mouse_cursor(self._pyglet.get_system_mouse_cursor(shape) if shape else None)
 
     def capture_mouse(self, captured: bool) -> None:
         """Hide the pointer and report motion without end, for looking around."""

@@ -36,7 +36,7 @@ QUIET_S = 0.15  # after input, frames that only refine the picture wait this lon
 PROGRESS_S = 0.1  # between two drawings of the progress bar: loading should load
 UI_REFRESH_S = 0.5  # between the figures of a resting window
 BACKGROUND = (0.05, 0.05, 0.05)
-CURSORS = {imgui.MouseCursor_.text_input: "text", imgui.MouseCursor_.resize_ew: "size_left_right", imgui.MouseCursor_.hand: "hand"}
+CURSORS: dict[int, str] = {imgui.MouseCursor_.text_input: "text", imgui.MouseCursor_.resize_ew: "size_left_right", imgui.MouseCursor_.hand: "hand"}
 
 
 class _ClosedWhileLoading(Exception):
@@ -156,7 +156,7 @@ class Window:
         screen.viewport = (0, 0, *buffer)
         self._imgui.render(imgui.get_draw_data())
         self._desktop.set_title(self._title())
-        self._desktop.set_cursor("size_left_right" if self._events.on_bar else CURSORS.get(imgui.get_mouse_cursor(), "default"))
+        self._desktop.set_cursor("size_left_right" if self._events.on_bar else CURSORS.get(imgui.get_mouse_cursor()))
         self._desktop.swap()
 
     def _show_pictures(self, buffer: tuple[int, int]) -> None:

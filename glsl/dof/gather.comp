@@ -24,6 +24,13 @@ const int MOST_TAPS = 1 + 4 * RINGS * (RINGS + 1);
 shared vec2 taps[MOST_TAPS];  // points of the aperture
 ivec2 last;                   // index of the last texel
 
+// Drawing at half resolution is itself a blur: the 2x2 mean and the nearest texel of a tap add a variance of 1/3 px^2 each, bilinear
+// upsampling 2/3. A disc of radius r has r^2 / 4, so the kernel shrinks by as much as makes the picture's blur that of the CoC.
+const float HALF_RES_VARIANCE_PX2 = 4.0 / 3.0;
+float kernel_px(float radius) {
+    return sqrt(max(radius * radius - 4.0 * HALF_RES_VARIANCE_PX2, 0.25 * radius * radius));
+}
+
 // Fills `taps` for a kernel of n rings; the whole work group calls it.
 void place_taps(int n) {
     barrier();
@@ -47,7 +54,7 @@ struct Near {
 Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
     vec4 fore = vec4(0.0), middle = vec4(0.0), behind = vec4(0.0);
     vec2 specular = vec2(0.0);
-    float radius = -nearest;
+    float radius = -nearest, reach_half = 0.5 * kernel_px(radius);
     for (int k = 0; k <= n; k++) {
         float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
         int first = k == 0 ? 0 : first_tap(k), count = k == 0 ? 1 : ring_taps(k);
@@ -55,7 +62,7 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
         // it counts only where no sample's own blur reaches.
         float guess = 1e-3 / (float(k * k * k * k) + 1.0);
         for (int i = first; i < first + count; i++) {
-            ivec2 there = tap_texel(texel, i, -0.5 * radius);
+            ivec2 there = tap_texel(texel, i, reach_half);
             vec4 tap = texelFetch(in_prefiltered, there, 0);
             float share = near_layer_share(tap.a), front = fore_share(tap.a, nearest, frame.layer_fade_px);
             float light = share * ring_light(inner * inner, outer * outer, silhouette_px(own.a, tap.a), frame.lens_aberration) / float(count);
@@ -77,11 +84,12 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
 // The picture behind the near layer at a texel behind focus: every sample within its own blur.
 vec4 gather_far(ivec2 texel, vec4 own, int n) {
     vec4 sum = vec4(0.0);
+    float reach_half = -0.5 * kernel_px(own.a);
     for (int k = 0; k <= n; k++) {
         float inner = k == 0 ? 0.0 : own.a * ring_rim(k - 1, n), outer = own.a * ring_rim(k, n);
         int first = k == 0 ? 0 : first_tap(k), count = k == 0 ? 1 : ring_taps(k);
         for (int i = first; i < first + count; i++) {
-            vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, i, -0.5 * own.a), 0);
+            vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, i, reach_half), 0);
             float light = ring_light(inner * inner, outer * outer, silhouette_px(own.a, tap.a), frame.lens_aberration) / float(count);
             sum += (1.0 - near_layer_share(tap.a)) * light * vec4(tap.rgb, 1.0);
         }

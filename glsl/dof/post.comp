@@ -57,11 +57,9 @@ void main() {
     vec3 behind = sharp.rgb;
     float validity = 1.0;
 #if SLIGHT_FOCUS
-    float reach_px = min(max(-reach.x, reach.y), HALF_RES_END_PX);
-    int n = ring_count(reach_px, SLIGHT_RINGS);
-    place_taps(n);
+    place_taps();
     float radius = max(min(abs(own), HALF_RES_END_PX), clamp(-reach.x, 0.0, HALF_RES_END_PX));
-    if (half_res < 1.0 && radius > IN_FOCUS_COC_PX) behind = slight_focus(in_lit, in_coc, min(pixel, size - 1), own, radius, n);
+    if (half_res < 1.0 && radius > IN_FOCUS_COC_PX) behind = slight_focus(in_lit, in_coc, min(pixel, size - 1), own, radius);
 #endif
     if (half_res > 0.0) {
         vec4 blurred = upsampled(pixel, own);

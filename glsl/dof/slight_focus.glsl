@@ -5,18 +5,20 @@
 #include "lib/kernel.glsl"
 #include "dof/layers.glsl"
 
-const int SLIGHT_RINGS = 2;
-shared vec2 taps[1 + 4 * SLIGHT_RINGS * (SLIGHT_RINGS + 1)];
+const float ONE_RING_PX = 2.0;  // radius up to which one ring of 8 taps resolves the disc: no tap is farther than 1.3 px from the next
+shared vec2 taps[9 + 25];       // kernels of one ring and of two
 
-// Fills `taps` for a kernel of n rings; the whole work group calls it.
-void place_taps(int n) {
+// Fills `taps`; the whole work group calls it.
+void place_taps() {
     int i = int(gl_LocalInvocationIndex);
-    if (i < kernel_taps(n)) taps[i] = kernel_tap(i, n, frame.frame_index, BLADES, frame.lens_rotation, frame.lens_anamorphic);
+    if (i < 34) taps[i] = kernel_tap(i < 9 ? i : i - 9, i < 9 ? 1 : 2, frame.frame_index, BLADES, frame.lens_rotation, frame.lens_anamorphic);
     barrier();
 }
 
-// Radiance at `pixel` of CoC `own` [px], from a kernel of `radius` px and n rings.
-vec3 slight_focus(sampler2D radiance, sampler2D circle, ivec2 pixel, float own, float radius, int n) {
+// Radiance at `pixel` of CoC `own` [px], from a kernel of `radius` px.
+vec3 slight_focus(sampler2D radiance, sampler2D circle, ivec2 pixel, float own, float radius) {
+    float side = own > 0.0 ? 1.0 : -1.0;
+    int n = radius <= ONE_RING_PX ? 1 : 2, kernel = n == 1 ? 0 : 9;
     ivec2 last = textureSize(circle, 0) - 1;
     vec4 sum = vec4(0.0);
     for (int k = 0; k <= n; k++) {
@@ -24,7 +26,7 @@ vec3 slight_focus(sampler2D radiance, sampler2D circle, ivec2 pixel, float own, 
         int first = k == 0 ? 0 : first_tap(k), count = k == 0 ? 1 : ring_taps(k);
         for (int i = first; i < first + count; i++) {
             // Only the own pixel's side of focus has its kernel's orientation right; within 4 px the other side's mirror image is not told apart.
-            ivec2 there = clamp(ivec2(floor(vec2(pixel) + 0.5 - radius * sign(own) * taps[i])), ivec2(0), last);
+            ivec2 there = clamp(ivec2(floor(vec2(pixel) + 0.5 - side * radius * taps[kernel + i])), ivec2(0), last);
             float coc = gathered_coc(texelFetch(circle, there, 0).r, frame.max_coc_px);
             float light = ring_light(inner * inner, outer * outer, silhouette_px(own, coc), frame.lens_aberration) / float(count);
             light *= 1.0 - near_layer_share(coc);

@@ -14,7 +14,9 @@ vec3 rgb_from_ycocg(vec3 c) {
     return vec3(c.x + c.y - c.z, c.x + c.z, c.x - c.y - c.z);
 }
 
-// True for a colour that an average can take in. Written as a comparison that NaN and infinity fail, which no compiler may drop.
+// True for a colour that an average can take in. Decided on the bits: compilers turn comparisons round as if there were no NaN.
 bool is_usable(vec3 c) {
-    return all(lessThan(abs(c), vec3(1e30)));
+    const uint LIMIT = 0x7149f2cau;  // 1e30, far above any radiance
+    uvec3 magnitude = floatBitsToUint(c) & 0x7fffffffu;
+    return all(lessThan(magnitude, uvec3(LIMIT)));
 }

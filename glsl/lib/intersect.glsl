@@ -1,6 +1,6 @@
 // Rays against boxes and triangles, without holes.
-// Method: triangle test of Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection" (JCGT 2:1), sections 3 and 4;
-//         slab test of Ize 2013, "Robust BVH ray traversal" (JCGT 2:2), section 3.
+// Method: triangle test of Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection" (JCGT 2:1), sections 3
+//         and 4; slab test of Ize 2013, "Robust BVH ray traversal" (JCGT 2:2), section 3.
 // `precise` keeps the compiler from fusing or reordering: an edge shared by two triangles must get exactly opposite
 // edge functions from both sides, or a ray could slip between them.
 
@@ -22,7 +22,7 @@ struct RaySetup {
 
 const float SLAB_GROWTH = 1.0 + 2.0 * 3.0 * 5.9604645e-8;  // 1 + 2 gamma_3: Ize 2013, u = 2^-24
 const float SMALLEST_RATIO = 1e-18;  // of direction components; a coordinate (< 1e12 m) over it stays finite
-const float TRIANGLE_ERROR = 5.0 * 5.9604645e-8;  // of a sheared coordinate, relative to its largest term: Woop 2013, section 4
+const float TRIANGLE_ERROR = 5.0 * 5.9604645e-8;  // of a sheared coordinate, relative to its terms: Woop 2013, section 4
 
 float away_from_zero(float x, float smallest) { return abs(x) < smallest ? (x < 0.0 ? -smallest : smallest) : x; }
 

@@ -4,8 +4,7 @@
 // Method: ordered traversal of a two-child BVH with a stack, Aila and Laine 2009, "Understanding the efficiency of ray
 // traversal on GPUs", section 3: descend until a leaf is found, then test its triangles ("while-while").
 //
-// With HAS_ALPHA_MASK the including shader defines, and declares before the include, the function below: it says whether
-// a ray stops at this point of a masked material.
+// With HAS_ALPHA_MASK the including shader defines `alpha_passes`: whether a ray stops at this point of a material.
 #include "shared/structs.glsl"
 #include "lib/intersect.glsl"
 

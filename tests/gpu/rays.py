@@ -113,10 +113,10 @@ class Mesh:
 def rounding(origins: np.ndarray, directions: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What float32 may be off for rays (r, 3) and their triangles (r, 3, 3): (error of t, error of the weights).
 
-    Two sources. Each vertex is translated to the origin and sheared: four roundings of numbers below `reach`, a shift by
-    `shift`. It moves the plane by shift / |cos| along the ray, and the edge functions by shift * size each. Each edge function
-    then rounds products below size^2 three times; relative to the projected area that is an error of the weights, and
-    times the triangle's depth an error of t. `size` includes how far a ray may pass beside: the shift itself.
+    Two sources. Each vertex is translated to the origin and sheared: four roundings of numbers below `reach`, two terms
+    each, move it by `shift`. This moves planes by shift / |cos| along the ray, and each edge function by shift * size.
+    Each edge function then rounds products below size^2 three times; relative to the projected area that is an error of
+    the weights, and times the triangle's depth an error of t. A ray may also pass beside by the shift itself.
     """
     length = np.linalg.norm(directions, axis=1)
     unit = directions / length[:, None]
@@ -126,7 +126,7 @@ def rounding(origins: np.ndarray, directions: np.ndarray, corners: np.ndarray) -
     size = np.linalg.norm(edges, axis=2).max(axis=1)
     projected = np.abs(np.einsum("ri,ri->r", np.cross(edges[:, 0], edges[:, 1]), unit))
     area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    shift = 2 * 4 * ULP * reach  # shear at most 1: two terms
+    shift = 2 * 4 * ULP * reach
     spread = size + shift
     with np.errstate(divide="ignore", invalid="ignore"):
         weights = 2 * (shift * spread + 3 * ULP * spread**2) / projected

@@ -90,7 +90,7 @@ def test_boxes_are_widened_by_no_more_than_the_margin(ctx: moderngl.Context) -> 
     widening = 2 * (10 * ULP * reach + ULP * np.abs(origins).max(axis=1, keepdims=True)) + 8 * ULP * reach
     truth = oracle.intersect_boxes(origins, directions, lo - widening, hi + widening, 0.0, 3.0 * (1 + 10 * ULP))
     assert np.isfinite(truth[np.isfinite(ours[:, 0])]).all()
-    assert 0.1 < np.isfinite(ours[:, 0]).mean() < 0.9
+    assert 0.05 < np.isfinite(ours[:, 0]).mean() < 0.5  # both answers occur
 
 
 HIT = """
@@ -107,7 +107,7 @@ def test_triangles_against_float64(ctx: moderngl.Context) -> None:
     rng = np.random.default_rng(5)
     corners = float32(rng.uniform(-3, 3, (COUNT, 1, 3)) + rng.normal(size=(COUNT, 3, 3)))
     origins = float32(rng.uniform(-4, 4, (COUNT, 3)))
-    aim = np.einsum("ri,rij->rj", rng.dirichlet([0.5] * 3, COUNT) * 1.6 - 0.2, corners)  # some beside the triangle
+    aim = np.einsum("ri,rij->rj", rng.dirichlet([0.5] * 3, COUNT) * 1.2 - 0.2 / 3, corners)  # some beside the triangle
     directions = float32((aim - origins) * rng.uniform(0.1, 10, (COUNT, 1)))
     ours = call_glsl(
         ctx,
@@ -127,7 +127,7 @@ def test_triangles_against_float64(ctx: moderngl.Context) -> None:
     _, v, w = oracle.intersect_triangle(origins, directions, corners)
     weights = np.stack([v, w], axis=1)
     assert (np.abs(ours[found, 2:] - weights[found]) <= weight_error[found, None] + 4 * ULP).all()
-    assert 0.2 < found.mean() < 0.8
+    assert 0.2 < found.mean() < 0.8  # both answers occur
 
 
 def test_degenerate_triangles_and_edge_on_rays_are_missed(ctx: moderngl.Context) -> None:

@@ -1,0 +1,119 @@
+// Finds the edges past which the lens may see more than the raster image holds.
+// Reads: normal (world, octahedral; w: 1 on a surface), coc (signed radius, px), full resolution; tiles_dilated (px).
+// Writes: mask_edges (x: response 0..1, 0 below the threshold; y: reach of the edge's near blur, half-res px, 0 if nothing near), half resolution.
+// Method: poster (Tan et al. 2020), 2.1: a Gaussian on the G-buffer, then a 5x5 Sobel kernel on normal and depth. Depth is measured in CoC px, in
+// which an edge matters by how far its blur moves, whatever the scene's scale; the surface's own slope is taken off. One work group smooths in
+// shared memory.
+#include "shared/frame.glsl"
+#include "lib/coc.glsl"
+#include "lib/mask.glsl"
+#include "lib/octahedral.glsl"
+#include "dof/mask_tiles.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+uniform sampler2D in_normal;
+uniform sampler2D in_coc;
+uniform sampler2D in_tiles_dilated;
+layout(rg16f) uniform writeonly image2D out_mask_edges;
+
+const int SOBEL = 2;     // radius of the Sobel kernel, half-res px
+const int GAUSS = 3;     // of the Gaussian: two standard deviations of its largest setting, 3 px = 1.5 half-res px
+const int SMOOTH = 8 + 2 * SOBEL;      // side of the smoothed block
+const int LOADED = SMOOTH + 2 * GAUSS; // side of the loaded block
+
+const float SMOOTHING[5] = float[5](1.0, 4.0, 6.0, 4.0, 1.0);     // of the Sobel kernel across the derivative
+const float DERIVATIVE[5] = float[5](-1.0, -2.0, 0.0, 2.0, 1.0);  // along it
+const float RAMP = 128.0;  // the kernel's answer to a slope of one per texel
+
+shared vec4 loaded[LOADED * LOADED];     // xyz: normal, w: CoC, means over 2x2 px
+shared vec4 rows[SMOOTH * LOADED];       // after the horizontal Gaussian
+shared vec4 smoothed[SMOOTH * SMOOTH];   // after both
+shared float nearest[LOADED * LOADED];   // most negative CoC of the 2x2 px
+
+void load(int slot, ivec2 corner) {
+    ivec2 block = clamp(corner + ivec2(slot % LOADED, slot / LOADED), ivec2(0), (textureSize(in_coc, 0) - 1) / 2);
+    vec4 sum = vec4(0.0);
+    float lowest = 1e30;
+    for (int i = 0; i < 4; i++) {
+        ivec2 pixel = min(2 * block + ivec2(i & 1, i >> 1), textureSize(in_coc, 0) - 1);
+        vec4 normal = texelFetch(in_normal, pixel, 0);
+        float coc = texelFetch(in_coc, pixel, 0).r;
+        sum += vec4(normal.w * octahedral_decode(normal.xy), coc);
+        lowest = min(lowest, coc);
+    }
+    loaded[slot] = 0.25 * sum;
+    nearest[slot] = lowest;
+}
+
+// Weights of the Gaussian, its standard deviation in half-res px, normalised.
+float weights[GAUSS + 1];
+
+void place_weights(float sigma) {
+    float sum = 0.0;
+    for (int i = 0; i <= GAUSS; i++) {
+        weights[i] = i == 0 ? 1.0 : exp(-0.5 * float(i * i) / max(sigma * sigma, 1e-4));
+        sum += i == 0 ? 1.0 : 2.0 * weights[i];
+    }
+    for (int i = 0; i <= GAUSS; i++) weights[i] /= sum;
+}
+
+void smooth_block(int lane) {
+    for (int slot = lane; slot < SMOOTH * LOADED; slot += 64) {
+        int center = (slot / SMOOTH) * LOADED + slot % SMOOTH + GAUSS;
+        vec4 sum = vec4(0.0);
+        for (int i = -GAUSS; i <= GAUSS; i++) sum += weights[abs(i)] * loaded[center + i];
+        rows[slot] = sum;
+    }
+    barrier();
+    for (int slot = lane; slot < SMOOTH * SMOOTH; slot += 64) {
+        int center = slot + GAUSS * SMOOTH;
+        vec4 sum = vec4(0.0);
+        for (int i = -GAUSS; i <= GAUSS; i++) sum += weights[abs(i)] * rows[center + i * SMOOTH];
+        smoothed[slot] = sum;
+    }
+    barrier();
+}
+
+// Change per half-res px along `step` (1 or SMOOTH slots) of normal and CoC.
+vec4 sobel(int center, int along, int across) {
+    vec4 sum = vec4(0.0);
+    for (int i = -2; i <= 2; i++) {
+        if (i == 0) continue;
+        for (int j = -2; j <= 2; j++) sum += DERIVATIVE[i + 2] * SMOOTHING[j + 2] * smoothed[center + i * along + j * across];
+    }
+    return sum / RAMP;
+}
+
+// CoC change per half-res px that the surface at the block has by itself, along one axis.
+float slope(ivec2 block, ivec2 axis) {
+    float c[4];
+    for (int i = 0; i < 4; i++) c[i] = texelFetch(in_coc, clamp(2 * block + (i - 1) * axis, ivec2(0), textureSize(in_coc, 0) - 1), 0).r;
+    return 2.0 * own_slope(vec3(c[1] - c[0], c[2] - c[1], c[3] - c[2]));
+}
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy), local = ivec2(gl_LocalInvocationID.xy);
+    bool inside = all(lessThan(p, imageSize(out_mask_edges)));
+    if (tile_near_coc(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)) >= -IN_FOCUS_COC_PX) {  // the same for the whole group
+        if (inside) imageStore(out_mask_edges, p, vec4(0.0));
+        return;
+    }
+    int lane = int(gl_LocalInvocationIndex);
+    ivec2 corner = 8 * ivec2(gl_WorkGroupID.xy) - (SOBEL + GAUSS);
+    for (int slot = lane; slot < LOADED * LOADED; slot += 64) load(slot, corner);
+    place_weights(0.5 * frame.mask_smoothing);
+    barrier();
+    smooth_block(lane);
+    if (!inside) return;
+    int center = (local.y + SOBEL) * SMOOTH + local.x + SOBEL;
+    vec4 dx = sobel(center, 1, SMOOTH), dy = sobel(center, SMOOTH, 1);
+    float dn = sqrt(dot(dx.xyz, dx.xyz) + dot(dy.xyz, dy.xyz));
+    float dd = length(vec2(dx.w - slope(p, ivec2(1, 0)), dy.w - slope(p, ivec2(0, 1))));
+    float response = mask_response(dd + dn, frame.mask_sensitivity);
+    // A line one pixel wide has its gradient beside it: an edge takes the nearest surface among its neighbours.
+    float coc = 0.0;
+    for (int i = 0; i < 9; i++) coc = min(coc, nearest[(local.y + SOBEL + GAUSS + i / 3 - 1) * LOADED + local.x + SOBEL + GAUSS + i % 3 - 1]);
+    float reach = edge_reach_half(max(coc, -frame.max_coc_px), IN_FOCUS_COC_PX);
+    bool is_edge = response >= frame.mask_threshold && response > 0.0 && reach > 0.0;
+    imageStore(out_mask_edges, p, is_edge ? vec4(response, reach, 0.0, 0.0) : vec4(0.0));
+}

@@ -1,0 +1,108 @@
+// Adds this frame's rays to the near and the far layer, each fetched from where its own surfaces were last frame.
+// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), ray_count (x: rays), mask (x: response); last frame's layers.
+// Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near mean, y: in the far mean;
+//   z: hit ratio to compose with; w: 1 where the layers hold anything), half resolution.
+// Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still camera takes the plain mean. Both layers
+// move by the mean screen motion of their own hits, or of their neighbours' where no ray hit that layer. Motion composes by the accumulated
+// ratio only as far as the latest rays bear it out.
+#include "shared/frame.glsl"
+#include "lib/hit_layers.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+uniform sampler2D in_trace_near;
+uniform sampler2D in_trace_far;
+uniform sampler2D in_trace_motion;
+uniform sampler2D in_ray_count;
+uniform sampler2D in_mask;
+uniform sampler2D prev_near_layer;
+uniform sampler2D prev_far_layer;
+uniform sampler2D prev_layer_state;
+layout(rgba32f) uniform writeonly image2D out_near_layer;
+layout(rgba32f) uniform writeonly image2D out_far_layer;
+layout(rgba32f) uniform writeonly image2D out_layer_state;
+
+struct Mean {
+    vec4 layer;
+    float rays;  // 0: nothing to go on
+};
+
+// This frame's rays around a pixel.
+struct Around {
+    vec4 motion;  // px; xy near, zw far
+    float ratio;
+    float rays;
+};
+
+// Last frame's mean at a continuous half-res position: bilinear among the texels that hold one, nothing off screen. `field`: 0 near, 1 far.
+Mean earlier(sampler2D layer, int field, vec2 position) {
+    ivec2 size = textureSize(layer, 0);
+    if (any(lessThan(position, vec2(0.0))) || any(greaterThan(position, vec2(size)))) return Mean(vec4(0.0), 0.0);
+    ivec2 corner = ivec2(floor(position - 0.5));
+    vec2 f = position - 0.5 - vec2(corner);
+    vec4 sum = vec4(0.0);
+    float rays = 0.0, weight = 0.0;
+    for (int i = 0; i < 4; i++) {
+        ivec2 step = ivec2(i & 1, i >> 1), texel = clamp(corner + step, ivec2(0), size - 1);
+        float held = texelFetch(prev_layer_state, texel, 0)[field];
+        vec2 bilinear = mix(1.0 - f, f, vec2(step));
+        float w = held > 0.0 ? bilinear.x * bilinear.y : 0.0;
+        sum += w * texelFetch(layer, texel, 0);
+        rays += w * held;
+        weight += w;
+    }
+    return weight > 0.0 ? Mean(sum / weight, rays / weight) : Mean(vec4(0.0), 0.0);
+}
+
+Around look_around(ivec2 p) {
+    vec2 last = vec2(textureSize(in_mask, 0) - 1);
+    vec4 motion = vec4(0.0), shares = vec4(0.0);
+    vec2 hits = vec2(0.0);
+    for (int i = 0; i < 9; i++) {
+        ivec2 texel = ivec2(clamp(vec2(p + ivec2(i % 3, i / 3) - 1), vec2(0.0), last));
+        float rays = texelFetch(in_ray_count, texel, 0).x;
+        if (rays == 0.0) continue;
+        vec4 share = rays * vec4(texelFetch(in_trace_near, texel, 0).aa, texelFetch(in_trace_far, texel, 0).aa);
+        hits += vec2(share.x, rays);
+        // The pixel's own hits decide; its neighbours' count where it has none.
+        float say = texel == p ? 1.0 : 1e-4;
+        motion += say * share * texelFetch(in_trace_motion, texel, 0);
+        shares += say * share;
+    }
+    motion /= max(shares, 1e-12);
+    if (shares.x == 0.0) motion.xy = motion.zw;  // no near hit anywhere: an empty layer may move with the other
+    if (shares.z == 0.0) motion.zw = motion.xy;
+    return Around(motion, hits.x / max(hits.y, 1.0), hits.y);
+}
+
+void add(inout Mean mean, vec4 newest, float rays, float floor_weight) {
+    float weight = newest_weight(rays, mean.rays, floor_weight);
+    if (weight == 0.0) return;
+    mean.layer = mix(mean.layer, newest, weight);
+    mean.rays = rays / weight;
+}
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(out_near_layer)))) return;
+    Mean near = Mean(vec4(0.0), 0.0), far = near;
+    float ratio = 0.0;
+    if (texelFetch(in_mask, p, 0).x > 0.0) {
+        bool moved = frame.camera_moved != 0u;
+        Around around = moved ? look_around(p) : Around(vec4(0.0), 0.0, 0.0);
+        if (frame.history_valid != 0u) {
+            near = earlier(prev_near_layer, 0, vec2(p) + 0.5 - 0.5 * around.motion.xy);
+            far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw);
+        }
+        float rays = texelFetch(in_ray_count, p, 0).x;
+        if (rays > 0.0) {
+            float floor_weight = moved ? frame.history_alpha : 0.0;
+            add(near, texelFetch(in_trace_near, p, 0), rays, floor_weight);
+            add(far, texelFetch(in_trace_far, p, 0), rays, floor_weight);
+        }
+        ratio = near.layer.a / max(near.layer.a + far.layer.a, 1e-6);
+        if (moved) ratio = trusted_ratio(ratio, around.ratio, around.rays);
+    }
+    imageStore(out_near_layer, p, near.layer);
+    imageStore(out_far_layer, p, far.layer);
+    imageStore(out_layer_state, p, vec4(near.rays, far.rays, ratio, float(min(near.rays, far.rays) > 0.0)));
+}
