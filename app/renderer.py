@@ -54,7 +54,7 @@ class Renderer:
         self._previous_jitter = (0.0, 0.0)
         self._progress = _Progress()
         self.progress_callback: Callable[[str, float], None] | None = None
-        self.cpu_ms = 0.0
+        self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
         self.camera_moved = False
 
     # -- what users call ---------------------------------------------------------------------------------------------------------------
@@ -64,7 +64,7 @@ class Renderer:
 
         A still camera and unchanged settings accumulate. With a time budget the traced view does as many rows as fit.
         """
-        begin = time.perf_counter()
+        begin, begin_cpu = time.perf_counter(), time.thread_time()
         facts = self._begin_frame(view, camera, settings, time_budget_ms)
         plan = self._planned(view, settings, facts)
         inputs = self._inputs(view, camera, settings, plan, time_budget_ms)
@@ -73,17 +73,14 @@ class Renderer:
         self._frame_buffer.write(frame_block(inputs).tobytes())
         for name in {b for call in plan.calls for b in call.step.fills}:
             self._targets.begin_buffer(name)
-        gpu_wait = 0.0
         for call in plan.calls:
             with self.profiler.scope(call.step.name):
                 self._run(call, inputs)
             self._ctx.memory_barrier()
         if time_budget_ms is not None and view in CONVERGING:
-            wait = time.perf_counter()
-            self._ctx.finish()
-            gpu_wait = time.perf_counter() - wait
+            self._ctx.finish()  # or the time of this slice would not be known when the next one is planned
         self._end_frame(view, plan, inputs, (time.perf_counter() - begin) * 1e3)
-        self.cpu_ms = (time.perf_counter() - begin - gpu_wait) * 1e3
+        self.cpu_ms = (time.thread_time() - begin_cpu) * 1e3
         return self._targets.texture("display")
 
     @property

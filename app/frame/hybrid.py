@@ -10,12 +10,17 @@ from .raster import shading_defines
 from .records import Defines, Need, Pass
 
 
+RAYS_BEGIN_PX = 2.0  # CoC radius from which rays gain on the post-process: glsl/lib/mask.glsl
+
+
 def partly_occluded(settings: Settings, facts: Facts) -> Need:
     """Rays: only if something can be in front of focus, blurred enough to be seen through."""
     if not (blur := blurred(settings, facts)).runs:
         return blur
     if facts.near_coc_px <= IN_FOCUS_COC_PX:
         return Need(False, "nothing is nearer than the focus zone, so nothing blurred can be seen through")
+    if facts.near_coc_px <= RAYS_BEGIN_PX:
+        return Need(False, f"near circles of confusion stay below {RAYS_BEGIN_PX:g} px in radius, which the post-process gathers at full resolution")
     return Need(True, f"near circles of confusion reach {facts.near_coc_px:.0f} px in radius")
 
 
@@ -58,13 +63,14 @@ HYBRID = (
         "rays/accumulate.comp",
         reads=("trace_near", "trace_far", "trace_motion", "ray_count", "mask"),
         history=("near_layer", "far_layer", "layer_state"),
-        writes=("near_layer", "far_layer", "layer_state"),
+        writes=("near_layer", "far_layer", "layer_state", "near_light", "far_light"),
         needed=partly_occluded,
+        defines=lambda s, f: (("AVERAGED", int(s.temporal.antialias)),),
     ),
     Pass(
         "composite",
         "dof/composite.comp",
-        reads=("lit", "coc", "post", "near_blur", "far_blur", "mask", "near_layer", "far_layer", "layer_state"),
+        reads=("lit", "coc", "post", "far_blur", "mask", "near_light", "far_light", "layer_state"),
         writes=("hybrid",),
         needed=partly_occluded,
     ),

@@ -41,7 +41,9 @@ TARGETS: dict[str, Target] = {
         Target("trace_motion", 4, "f2", "mean screen motion since last frame, px; xy: of near hits, zw: of far hits", 2, filter="nearest", show="vector", range=(-8.0, 8.0)),
         Target("near_layer", 4, "f4", "accumulated near radiance times hit ratio; a: accumulated hit ratio", 2, history=True, filter="nearest"),
         Target("far_layer", 4, "f4", "accumulated far radiance times (1 - hit ratio); a: accumulated 1 - hit ratio", 2, history=True, filter="nearest"),
-        Target("layer_state", 4, "f4", "x: rays in the near mean, y: in the far mean; z: hit ratio to compose with; w: 1 if valid", 2, history=True, filter="nearest"),
+        Target("layer_state", 4, "f4", "x: rays in the near mean, y: in the far mean; z: hit ratio; w: 1 if valid", 2, history=True, filter="nearest"),
+        Target("near_light", 4, "f2", "near radiance times its share, as composed this frame; a: the share", 2, filter="nearest"),
+        Target("far_light", 4, "f2", "far radiance times its share, as composed this frame; a: the share", 2, filter="nearest"),
         Target("hybrid", 4, "f2", "the hybrid picture, radiance"),
         # ray-traced view and raster reference
         Target("traced", 4, "f4", "mean radiance over lens samples; a: number of samples", filter="nearest"),

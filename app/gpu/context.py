@@ -24,6 +24,14 @@ def headless_context() -> moderngl.Context:
         ) from error
 
 
+def leave_framebuffers(ctx: moderngl.Context) -> None:
+    """Bind framebuffer 0, before releasing one that may be bound.
+
+    moderngl binds "the one before" again after it makes a framebuffer; if that is gone, every later one is a GL error.
+    """
+    ctx.detect_framebuffer(0).use()
+
+
 def device_name(ctx: moderngl.Context) -> str:
     """What figures are published under, e.g. "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 Mesa 22.3.6"."""
     return f"{ctx.info['GL_RENDERER']}, OpenGL {ctx.info['GL_VERSION']}"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.facts import SceneFacts
+from .context import leave_framebuffers
 from .shaders import ShaderError, assemble, explain, load_glsl
 
 Vec3 = tuple[float, float, float]
@@ -94,6 +95,7 @@ class ShadowMap:
         self._framebuffer.clear(depth=1.0)
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._scene.draw(program)
+        leave_framebuffers(self._ctx)
 
     def _compiled(self) -> moderngl.Program:
         facts, files = self._scene.facts, load_glsl()

@@ -11,6 +11,7 @@ from ..errors import UserError
 from ..frame.records import Buffer, Target
 from ..frame.targets import BUFFERS, TARGETS
 from ..optics import SKY_DEPTH
+from .context import leave_framebuffers
 
 _BYTES = {"f1": 1, "f2": 2, "f4": 4}
 _NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
@@ -102,6 +103,7 @@ class Targets:
         return usage
 
     def release(self) -> None:
+        leave_framebuffers(self._ctx)
         for resource in (*self._framebuffers.values(), *self._textures.values(), *self._buffers.values(), self._depth):
             if resource is not None:
                 resource.release()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from ..controls import ACTIONS, wheel_speed
@@ -21,8 +22,9 @@ BAR_GRAB = 6.0  # window units on either side of the bar that take hold of it
 class Events:
     """Implements desktop.Listener. Positions are window units from the top left."""
 
-    def __init__(self, desktop: Desktop, state: State, stage: Stage, panel: Panel) -> None:
-        self._desktop, self._state, self._stage, self._panel = desktop, state, stage, panel
+    def __init__(self, desktop: Desktop, state: State, stage: Stage, panel: Panel, digest: Callable[[], None]) -> None:
+        """`digest` lets ImGui work through what it was given: its word on the next event would otherwise be a slow frame old."""
+        self._desktop, self._state, self._stage, self._panel, self._digest = desktop, state, stage, panel, digest
         self._ui = UiInput()
         self._pointer = self._pressed_at = (0.0, 0.0)
         self._drag = ""  # what the held button does: "click", "bar", "look" or nothing
@@ -51,15 +53,18 @@ class Events:
     def on_text(self, text: str) -> None:
         self._state.touched()
         self._ui.text(text)
+        self._digest()
 
     def on_key(self, name: str, pressed: bool) -> None:
         self._state.touched()
         if not pressed:
             self._state.pilot.release(name)
+        wanted = self._ui.wants_keyboard
         self._ui.key(name, pressed)
+        self._digest()
         action = ACTIONS.get(name)
         function_key = name[0] == "f" and name[1:].isdigit()  # no text field has a use for those
-        if pressed and action and (function_key or not self._ui.wants_keyboard):
+        if pressed and action and (function_key or not wanted):
             self._act(name, action)
 
     def on_pointer(self, x: float, y: float, dx: float, dy: float) -> None:
@@ -75,13 +80,16 @@ class Events:
 
     def on_button(self, name: str, pressed: bool) -> None:
         self._state.touched()
+        self._digest()  # it must know where the pointer is before it says whose press this is
+        over_picture = self._over_picture()
         self._ui.button(name, pressed)
+        self._digest()
         if not pressed:
             wandered = math.dist(self._pointer, self._pressed_at)
             if self._drag == "click" and name == "left" and wandered <= CLICK_SLOP:
                 self._focus_at(*self._pressed_at)
             self._drag = ""
-        elif self._over_picture():
+        elif over_picture:
             self._pressed_at = self._pointer
             self._drag = {"left": "bar" if self._near_bar() else "click", "right": "look"}.get(name, "")
 
@@ -117,7 +125,6 @@ class Events:
         self._desktop.capture_mouse(looking)
 
     def _over_picture(self) -> bool:
-        """By place, not by ImGui's word alone: that is one frame old, and a frame may be slow."""
         return self._pointer[0] < self._panel.picture(self._desktop.size)[2] and not self._ui.wants_mouse
 
     def _near_bar(self) -> bool:

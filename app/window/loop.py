@@ -79,7 +79,7 @@ class Window:
         self._state = State(look, Shown(device=device_name(desktop.ctx)), given)
         self._stage = Stage(desktop.ctx, self._on_progress)
         self._panel = Panel()
-        self._events = Events(desktop, self._state, self._stage, self._panel)
+        self._events = Events(desktop, self._state, self._stage, self._panel, self._digest)
         self._requests = Requests(self._state, self._stage, screenshots)
         self._imgui, self._presenter = ImguiRenderer(desktop.ctx), Presenter(desktop.ctx)
         self._size, self._wanted_size, self._size_since = (0, 0), (0, 0), 0.0
@@ -118,7 +118,7 @@ class Window:
         changed, converging = self._stage.pending(state.look, state.camera, self._size)
         if changed or (converging and now - state.last_input > QUIET_S):
             self._draw_scene(now)
-        elif state.ui_frames <= 0 and now - self._last_ui < UI_REFRESH_S:
+        elif now > state.awake_until and now - self._last_ui < UI_REFRESH_S:
             self._desktop.rest()
             return
         self._frame_ui()
@@ -138,16 +138,9 @@ class Window:
 
     def _frame_ui(self) -> None:
         """Put pictures and panel on the window."""
-        state, size, buffer = self._state, self._desktop.size, self._desktop.buffer_size
-        now, io = time.perf_counter(), imgui.get_io()
-        io.display_size = imgui.ImVec2(*size)
-        io.display_framebuffer_scale = imgui.ImVec2(buffer[0] / max(size[0], 1), buffer[1] / max(size[1], 1))
-        io.delta_time = max(now - self._last_ui, 1e-4)
-        self._last_ui, state.ui_frames = now, state.ui_frames - 1
-        imgui.new_frame()
-        state.look, requests = self._panel.draw(state.look, self._telling(now), size)
+        buffer = self._desktop.buffer_size
+        self._draw_panel()
         imgui.render()
-        state.requests += requests
         screen = self._desktop.screen
         screen.use()
         screen.viewport = (0, 0, *buffer)
@@ -158,6 +151,23 @@ class Window:
         self._desktop.set_title(self._title())
         self._desktop.set_cursor("size_left_right" if self._events.on_bar else CURSORS.get(imgui.get_mouse_cursor()))
         self._desktop.swap()
+
+    def _draw_panel(self) -> None:
+        """One frame of ImGui's logic: input in, wishes out."""
+        state, size, buffer = self._state, self._desktop.size, self._desktop.buffer_size
+        now, io = time.perf_counter(), imgui.get_io()
+        io.display_size = imgui.ImVec2(*size)
+        io.display_framebuffer_scale = imgui.ImVec2(buffer[0] / max(size[0], 1), buffer[1] / max(size[1], 1))
+        io.delta_time = max(now - self._last_ui, 1e-4)
+        self._last_ui = now
+        imgui.new_frame()
+        state.look, requests = self._panel.draw(state.look, self._telling(now), size)
+        state.requests += requests
+
+    def _digest(self) -> None:
+        """Let ImGui see one event without drawing."""
+        self._draw_panel()
+        imgui.end_frame()
 
     def _show_pictures(self, buffer: tuple[int, int]) -> None:
         textures = [side.texture for side in self._stage.sides if side.texture]

@@ -12,7 +12,7 @@ from ..controls import Pilot
 from ..panel.model import Look, Request, Shown
 
 MESSAGE_S = 5.0  # a message's life: time to read a path
-UI_FRAMES = 3  # drawn after the last event: ImGui hands queued events out over several frames
+AWAKE_S = 0.7  # the panel is drawn on for this long after the last event: tooltips wait for a pointer that rests
 
 
 @dataclass
@@ -25,20 +25,20 @@ class State:
     camera: Camera = field(default_factory=Camera)
     pilot: Pilot = field(default_factory=Pilot)
     requests: list[Request] = field(default_factory=list)
-    ui_frames: int = UI_FRAMES  # still to be drawn although nothing happens
-    last_input: float = 0.0  # s, of time.perf_counter
+    awake_until: float = 0.0  # s, of time.perf_counter, like the next two
+    last_input: float = 0.0
     message_until: float = 0.0
 
     def say(self, message: str) -> None:
         """Show a sentence for a few seconds."""
         self.shown = replace(self.shown, message=message)
         self.message_until = time.perf_counter() + MESSAGE_S
-        self.ui_frames = UI_FRAMES
+        self.awake_until = max(self.awake_until, time.perf_counter() + AWAKE_S)
 
     def touched(self) -> None:
         """An event arrived."""
         self.last_input = time.perf_counter()
-        self.ui_frames = UI_FRAMES
+        self.awake_until = max(self.awake_until, self.last_input + AWAKE_S)
 
     def take_requests(self) -> list[Request]:
         """Everything asked for since the last call."""

@@ -4,7 +4,6 @@
 // Fills: RayHistogram (masked pixels per response step).
 // Method: see mask_rows.comp. Counts are integers, so that they come out the same in any order.
 #include "shared/frame.glsl"
-#include "lib/coc.glsl"
 #include "lib/mask.glsl"
 #include "dof/mask_tiles.glsl"
 
@@ -18,13 +17,13 @@ shared uint counted[256];
 
 // Response and feather at p, from the rows above and below.
 vec2 dilated(ivec2 p, int height) {
-    int farthest = int(edge_reach_half(tile_near_coc(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)), IN_FOCUS_COC_PX));
+    int farthest = int(edge_reach_half(tile_near_coc(in_tiles_dilated, ivec2(gl_WorkGroupID.xy))));
     vec2 best = vec2(0.0);
     for (int y = max(p.y - farthest, 0); y <= min(p.y + farthest, height - 1) && farthest > 0; y++) {
         vec4 row = texelFetch(in_mask_rows, ivec2(p.x, y), 0);
         float distance = float(y - p.y);
         float power = row.x - distance * distance;
-        if (power >= 0.0) best = max(best, vec2(row.z, rim_feather(power / (row.y * row.y))));
+        if (power >= 0.0) best = max(best, vec2(row.z, rays_feather(power, row.y)));
     }
     return best;
 }

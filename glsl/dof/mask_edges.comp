@@ -5,7 +5,6 @@
 // which an edge matters by how far its blur moves, whatever the scene's scale; the surface's own slope is taken off. One work group smooths in
 // shared memory.
 #include "shared/frame.glsl"
-#include "lib/coc.glsl"
 #include "lib/mask.glsl"
 #include "lib/octahedral.glsl"
 #include "dof/mask_tiles.glsl"
@@ -94,7 +93,7 @@ float slope(ivec2 block, ivec2 axis) {
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy), local = ivec2(gl_LocalInvocationID.xy);
     bool inside = all(lessThan(p, imageSize(out_mask_edges)));
-    if (tile_near_coc(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)) >= -IN_FOCUS_COC_PX) {  // the same for the whole group
+    if (tile_near_coc(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)) >= -RAYS_BEGIN_PX) {  // the same for the whole group
         if (inside) imageStore(out_mask_edges, p, vec4(0.0));
         return;
     }
@@ -113,7 +112,7 @@ void main() {
     // A line one pixel wide has its gradient beside it: an edge takes the nearest surface among its neighbours.
     float coc = 0.0;
     for (int i = 0; i < 9; i++) coc = min(coc, nearest[(local.y + SOBEL + GAUSS + i / 3 - 1) * LOADED + local.x + SOBEL + GAUSS + i % 3 - 1]);
-    float reach = edge_reach_half(max(coc, -frame.max_coc_px), IN_FOCUS_COC_PX);
+    float reach = edge_reach_half(max(coc, -frame.max_coc_px));
     bool is_edge = response >= frame.mask_threshold && response > 0.0 && reach > 0.0;
     imageStore(out_mask_edges, p, is_edge ? vec4(response, reach, 0.0, 0.0) : vec4(0.0));
 }

@@ -5,7 +5,6 @@
 // one along columns (as the distance transform of Felzenszwalb and Huttenlocher 2012 does, with radii): no pixel is lost and no square or
 // tile shows.
 #include "shared/frame.glsl"
-#include "lib/coc.glsl"
 #include "lib/mask.glsl"
 #include "dof/mask_tiles.glsl"
 
@@ -17,7 +16,7 @@ layout(rgba32f) uniform writeonly image2D out_mask_rows;
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_mask_rows);
     if (any(greaterThanEqual(p, size))) return;
-    int farthest = int(edge_reach_half(tile_near_coc(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)), IN_FOCUS_COC_PX));
+    int farthest = int(edge_reach_half(tile_near_coc(in_tiles_dilated, ivec2(gl_WorkGroupID.xy))));
     vec4 best = vec4(-1.0, 0.0, 0.0, 0.0);
     for (int x = max(p.x - farthest, 0); x <= min(p.x + farthest, size.x - 1) && farthest > 0; x++) {
         vec2 edge = texelFetch(in_mask_edges, ivec2(x, p.y), 0).xy;

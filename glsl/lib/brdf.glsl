@@ -31,25 +31,25 @@ vec3 schlick_fresnel(vec3 f0, float v_h) {
 // Polynomials in e^(-4 n_v) (rows) and roughness (columns), fitted by us to numerical integrals of the model above over n_v 0.02..1 and
 // roughness 0.1..1; tests/gpu/test_brdf.py integrates again and holds the fit to its error.
 const mat4 ALBEDO_SCALE = mat4(
-    0.87254, 0.76485, -3.33063, 1.40321,
-    1.33242, -7.90154, 10.74390, -0.45733,
-    -3.16756, 12.88956, -4.43043, -9.14770,
-    1.27460, -4.83719, -3.76964, 8.67687);
+    0.78964, 1.29806, -4.03872, 1.63914,
+    2.08193, -10.89954, 11.33665, 1.82027,
+    -4.75762, 17.69383, -0.32412, -18.16122,
+    2.19166, -6.74003, -9.12154, 16.19218);
 const mat4 ALBEDO_OFFSET = mat4(
-    0.06862, -0.60365, 3.98343, -2.32083,
-    -0.70344, 7.09652, -18.40371, 8.36204,
-    1.56150, -14.63590, 26.82005, -9.40594,
-    -0.94850, 8.30021, -12.49410, 3.37003);
+    0.06595, -0.58179, 3.93944, -2.29491,
+    -0.67865, 6.96958, -18.20799, 8.26291,
+    1.50712, -14.39253, 26.47310, -9.22910,
+    -0.91561, 8.15970, -12.29538, 3.26399);
 const mat4 LOBE_REFLECTED = mat4(
-    0.90835, 0.07925, 0.08436, -0.01325,
-    1.13664, -0.30890, -0.49918, -0.54740,
-    -3.94233, -1.15636, 0.49614, 2.40267,
-    1.89029, 1.47315, -0.17168, -1.81439);
+    0.90797, 0.04619, 0.23086, -0.12262,
+    1.14713, -0.14852, -1.52370, 0.22726,
+    -3.98705, -1.15760, 1.88287, 1.20340,
+    1.92665, 1.32076, -0.61029, -1.33187);
 const mat4 LOBE_NORMAL = mat4(
-    0.09245, -0.23581, -0.62858, 0.53961,
-    -0.97671, 0.67261, 7.69756, -4.69314,
-    2.45925, 8.68811, -30.18205, 16.54772,
-    -0.92989, -9.51415, 23.64163, -12.67580);
+    0.09329, -0.23850, -0.61116, 0.53143,
+    -0.98307, 0.71026, 7.47808, -4.52250,
+    2.46107, 8.70542, -29.90347, 16.22457,
+    -0.92582, -9.57627, 23.60136, -12.54483);
 
 vec4 powers(float x) {
     return vec4(1.0, x, x * x, x * x * x);
@@ -59,6 +59,12 @@ vec4 powers(float x) {
 vec2 specular_albedo(float n_v, float roughness) {
     vec4 x = powers(exp(-4.0 * n_v)), r = powers(roughness);
     return clamp(vec2(dot(x, ALBEDO_SCALE * r), dot(x, ALBEDO_OFFSET * r)), 0.0, 1.0);
+}
+
+// Factor on the microfacets' reflection that returns what single scattering loses between them: all of it for f0 = 1
+// (Turquin 2019, "Practical multiple scattering compensation for microfacet models", equation 16). `albedo`: from specular_albedo.
+vec3 multiple_scattering(vec3 f0, vec2 albedo) {
+    return 1.0 + f0 * (1.0 / clamp(albedo.x + albedo.y, 0.1, 1.0) - 1.0);
 }
 
 // Mean direction of that reflected light, length at most 1: x along the mirror direction, y along the normal.

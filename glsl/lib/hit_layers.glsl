@@ -1,4 +1,4 @@
-// The two layers of traced light and how they are put together. Float64 twins: app/hybrid_math.py.
+// The two layers of traced light and how they are put together. Float64 twins: tests/gpu/hybrid_twin.py.
 
 const float HALF_RES_COC_PX = 2.0;  // CoC radius whose blur hides that a layer was traced at half resolution (a 2 px box)
 
@@ -18,7 +18,7 @@ float post_far_share(float hit_ratio, float threshold) {
     return threshold < 1.0 ? smoothstep(threshold, 1.0, hit_ratio) : 0.0;
 }
 
-// Part of the near layer that the post-process provides: bright specular bokeh, in which rays are noisiest (poster, 2.3).
+// Weight of the post-process where it is bright with specular near bokeh, in which rays are noisiest (poster, 2.3).
 float post_near_share(float specular, float threshold) {
     return smoothstep(threshold, 2.0 * threshold, specular);
 }

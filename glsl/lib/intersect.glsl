@@ -20,9 +20,10 @@ struct RaySetup {
     vec3 shear_z;    // ... and the distance along the ray
 };
 
-const float SLAB_GROWTH = 1.0 + 2.0 * 3.0 * 5.9604645e-8;  // 1 + 2 gamma_3: Ize 2013, u = 2^-24
+const float ROUNDING = 5.9604645e-8;  // 2^-24, the largest relative error of one float32 operation
+const float SLAB_GROWTH = 1.0 + 2.0 * 3.0 * ROUNDING;  // 1 + 2 gamma_3: Ize 2013
 const float SMALLEST_RATIO = 1e-18;  // of direction components; a coordinate (< 1e12 m) over it stays finite
-const float TRIANGLE_ERROR = 5.0 * 5.9604645e-8;  // of a sheared coordinate, relative to its terms: Woop 2013, section 4
+const float TRIANGLE_ERROR = 5.0 * ROUNDING;  // of a sheared coordinate, relative to its terms: Woop 2013, section 4
 
 float away_from_zero(float x, float smallest) { return abs(x) < smallest ? (x < 0.0 ? -smallest : smallest) : x; }
 
@@ -32,9 +33,11 @@ RaySetup prepare_ray(Ray ray, vec3 lo, vec3 hi) {
     vec3 d = ray.direction;
     float longest = max(abs(d.x), max(abs(d.y), abs(d.z)));
     float smallest = longest * SMALLEST_RATIO;
-    setup.inverse = 1.0 / vec3(away_from_zero(d.x, smallest), away_from_zero(d.y, smallest), away_from_zero(d.z, smallest));
+    vec3 finite = vec3(away_from_zero(d.x, smallest), away_from_zero(d.y, smallest), away_from_zero(d.z, smallest));
+    setup.inverse = 1.0 / finite;
     vec3 reach = max(abs(lo - ray.origin), abs(hi - ray.origin));
-    float margin = 2.0 * TRIANGLE_ERROR * max(reach.x, max(reach.y, reach.z));
+    // The last term keeps the sum with a far origin from rounding the margin away.
+    vec3 margin = 2.0 * TRIANGLE_ERROR * max(reach.x, max(reach.y, reach.z)) + ROUNDING * abs(ray.origin);
     setup.origin_lo = ray.origin + margin;
     setup.origin_hi = ray.origin - margin;
     // The longest axis of the direction becomes z. Entries 0 and 1 are exact, so each product below is one rounding.

@@ -1,10 +1,11 @@
 // Adds this frame's rays to the near and the far layer, each fetched from where its own surfaces were last frame.
 // Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), ray_count (x: rays), mask (x: response); last frame's layers.
 // Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near mean, y: in the far mean;
-//   z: hit ratio to compose with; w: 1 where the layers hold anything), half resolution.
+//   z: hit ratio; w: 1 where the layers hold anything), near_light, far_light (what the composite lays: premultiplied; a: share), half resolution.
 // Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still camera takes the plain mean. Both layers
 // move by the mean screen motion of their own hits, or of their neighbours' where no ray hit that layer. Motion composes by the accumulated
-// ratio only as far as the latest rays bear it out.
+// ratio only as far as the latest rays bear it out. While the camera is still and temporal anti-aliasing averages whole frames (AVERAGED), a frame
+// shows its own rays only: a mean of running means would count the first rays again in every frame.
 #include "shared/frame.glsl"
 #include "lib/hit_layers.glsl"
 
@@ -20,6 +21,8 @@ uniform sampler2D prev_layer_state;
 layout(rgba32f) uniform writeonly image2D out_near_layer;
 layout(rgba32f) uniform writeonly image2D out_far_layer;
 layout(rgba32f) uniform writeonly image2D out_layer_state;
+layout(rgba16f) uniform writeonly image2D out_near_light;
+layout(rgba16f) uniform writeonly image2D out_far_light;
 
 struct Mean {
     vec4 layer;
@@ -81,10 +84,16 @@ void add(inout Mean mean, vec4 newest, float rays, float floor_weight) {
     mean.rays = rays / weight;
 }
 
+// Scales a layer's accumulated light to the share it is composed with.
+vec4 composed(vec4 layer, float share) {
+    return layer.a > 0.0 ? vec4(layer.rgb / layer.a, 1.0) * share : vec4(0.0);
+}
+
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, imageSize(out_near_layer)))) return;
     Mean near = Mean(vec4(0.0), 0.0), far = near;
+    vec4 near_light = vec4(0.0), far_light = vec4(0.0);
     float ratio = 0.0;
     if (texelFetch(in_mask, p, 0).x > 0.0) {
         bool moved = frame.camera_moved != 0u;
@@ -94,15 +103,19 @@ void main() {
             far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw);
         }
         float rays = texelFetch(in_ray_count, p, 0).x;
-        if (rays > 0.0) {
-            float floor_weight = moved ? frame.history_alpha : 0.0;
-            add(near, texelFetch(in_trace_near, p, 0), rays, floor_weight);
-            add(far, texelFetch(in_trace_far, p, 0), rays, floor_weight);
-        }
+        vec4 near_now = rays > 0.0 ? texelFetch(in_trace_near, p, 0) : vec4(0.0), far_now = rays > 0.0 ? texelFetch(in_trace_far, p, 0) : vec4(0.0);
+        float floor_weight = moved ? frame.history_alpha : 0.0;
+        add(near, near_now, rays, floor_weight);
+        add(far, far_now, rays, floor_weight);
         ratio = near.layer.a / max(near.layer.a + far.layer.a, 1e-6);
         if (moved) ratio = trusted_ratio(ratio, around.ratio, around.rays);
+        bool own_rays = AVERAGED == 1 && !moved && rays > 0.0;
+        near_light = own_rays ? near_now : composed(near.layer, ratio);
+        far_light = own_rays ? far_now : composed(far.layer, 1.0 - ratio);
     }
     imageStore(out_near_layer, p, near.layer);
     imageStore(out_far_layer, p, far.layer);
     imageStore(out_layer_state, p, vec4(near.rays, far.rays, ratio, float(min(near.rays, far.rays) > 0.0)));
+    imageStore(out_near_light, p, near_light);
+    imageStore(out_far_light, p, far_light);
 }

@@ -1,6 +1,6 @@
 // What a surface sends towards the viewer: the one lighting model of raster image and ray hits.
-// Method: glTF metallic-roughness (glTF 2.0 appendix B) with the diffuse base scaled by what the microfacets let through, so that no surface
-//         returns more than it receives; suns, point and spot lights; a two-colour sky in closed form; shadow map with a 3x3 texel tent of four
+// Method: glTF metallic-roughness (glTF 2.0 appendix B), with light that bounces among microfacets kept and the diffuse base scaled by what
+//         they let through, so that no surface returns more than it receives and a white one returns all; suns, point and spot lights; a two-colour sky in closed form; shadow map with a 3x3 texel tent of four
 //         hardware-filtered taps (after Reeves, Salesin and Cook 1987) and an offset along the normal (Holbein 2011).
 #include "shared/frame.glsl"
 #include "shared/surface.glsl"
@@ -33,7 +33,8 @@ struct Shading {
     float roughness;
     float alpha;
     vec3 f0;
-    vec3 diffuse;  // albedo of the base under the microfacets
+    vec3 specular_gain;  // what light bouncing among the microfacets adds
+    vec3 diffuse;        // albedo of the base under the microfacets
 };
 
 Shading prepare_shading(Surface s, vec3 view_dir) {
@@ -45,7 +46,9 @@ Shading prepare_shading(Surface s, vec3 view_dir) {
     p.alpha = p.roughness * p.roughness;
     p.f0 = mix(vec3(DIELECTRIC_F0), s.base_color, s.metallic);
     vec2 albedo = specular_albedo(p.n_v, p.roughness);
-    p.diffuse = s.base_color * (1.0 - s.metallic) * (1.0 - min(DIELECTRIC_F0 * albedo.x + albedo.y, 1.0));
+    p.specular_gain = multiple_scattering(p.f0, albedo);
+    float through = 1.0 - (DIELECTRIC_F0 * albedo.x + albedo.y) * multiple_scattering(vec3(DIELECTRIC_F0), albedo).x;
+    p.diffuse = s.base_color * (1.0 - s.metallic) * clamp(through, 0.0, 1.0);
     return p;
 }
 
@@ -55,7 +58,7 @@ Reflection reflect_light(Shading p, vec3 light_dir) {
     vec3 h = normalize(light_dir + p.view);
     vec3 fresnel = schlick_fresnel(p.f0, dot(p.view, h));
     float microfacets = ggx_distribution(p.normal, h, p.alpha) * smith_visibility(n_l, p.n_v, p.alpha);
-    return Reflection(p.diffuse * (n_l / BRDF_PI), fresnel * (microfacets * n_l));
+    return Reflection(p.diffuse * (n_l / BRDF_PI), fresnel * p.specular_gain * (microfacets * n_l));
 }
 
 Reflection reflect_sky(Shading p) {
@@ -65,7 +68,7 @@ Reflection reflect_sky(Shading p) {
     vec3 around = hemisphere_radiance(frame.sky, frame.ground, clamp(height, -1.0, 1.0));
     return Reflection(
         p.diffuse * hemisphere_diffuse(frame.sky, frame.ground, p.normal.y),
-        min(p.f0 * albedo.x + albedo.y, vec3(1.0)) * around);
+        min((p.f0 * albedo.x + albedo.y) * p.specular_gain, vec3(1.0)) * around);
 }
 
 #if SHADOWS

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 import numpy as np
 from app.gpu.shaders import load_glsl
@@ -38,6 +39,7 @@ def spot_attenuation(cosine: ArrayLike, scale: ArrayLike, offset: ArrayLike) -> 
     return np.clip(np.asarray(cosine, float) * scale + offset, 0, 1) ** 2
 
 
+@lru_cache
 def specular_integrals(n_v: float, roughness: float, n: int = 128) -> tuple[float, float, np.ndarray]:
     """(scale of f0, offset, mean direction) of what the microfacets reflect of uniform light, by stratified sampling of the distribution.
 
@@ -73,6 +75,12 @@ def _fit(name: str, n_v: ArrayLike, roughness: ArrayLike) -> np.ndarray:
 
 def specular_albedo(n_v: ArrayLike, roughness: ArrayLike) -> np.ndarray:
     return np.clip(np.stack([_fit(f"ALBEDO_{k}", n_v, roughness) for k in ("SCALE", "OFFSET")], -1), 0, 1)
+
+
+def multiple_scattering(f0: ArrayLike, albedo: ArrayLike) -> np.ndarray:
+    """(n, 3) for f0 (n, 3) and albedo (n, 2)."""
+    total = np.clip(np.sum(np.asarray(albedo, float), -1, keepdims=True), 0.1, 1)
+    return 1 + np.asarray(f0, float) * (1 / total - 1)
 
 
 def specular_lobe(n_v: ArrayLike, roughness: ArrayLike) -> np.ndarray:

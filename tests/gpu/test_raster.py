@@ -101,19 +101,18 @@ def test_distant_texture_is_its_mean(ctx) -> None:
 
 
 def test_near_texture_is_sharp(ctx) -> None:
-    board = quad((-1, -1, -1), (2, 0, 0), (0, 2, 0))
-    (lit,) = render(ctx, scene_of([board], [Material(base_color_texture=TextureSlot(0))], [checker(4, 0, 255)]), ["lit"], UNLIT)
-    assert lit[..., 0].min() < 0.01 and lit[..., 0].max() > 0.99
+    board = quad((-100, -100, -1), (200, 0, 0), (0, 200, 0))  # a texel is 32 px wide
+    (lit,) = render(ctx, scene_of([board], [Material(base_color_texture=TextureSlot(0))], [checker(256, 0, 255)]), ["lit"], UNLIT)
+    assert lit[..., 0].min() < 4 * 0.5 / 32 and lit[..., 0].max() > 1 - 4 * 0.5 / 32  # half a pixel off a texel's centre in both axes
 
 
 def test_white_furnace(ctx) -> None:
-    """In a uniform environment of 1 a white surface of any kind sends back at most 1, and a rough one nearly all."""
+    """In a uniform environment of 1 a white surface of any kind is invisible: it sends back just what it receives."""
     for metallic in (0.0, 1.0):
         for roughness in (0.1, 0.5, 1.0):
             scene = scene_of([WALL], [Material((1, 1, 1, 1), metallic, roughness)])
             (lit,) = render(ctx, replace(scene, environment=Environment((1, 1, 1), (1, 1, 1))), ["lit"])
-            assert lit[..., :3].max() <= 1.001  # float16 rounds 1 - 2^-12 up
-            assert lit[..., :3].min() > (0.4 if metallic else 0.9)  # single scattering loses up to 0.55 inside a rough metal
+            np.testing.assert_allclose(lit[..., :3], 1, atol=2**-10)  # a float16 step at 1
 
 
 def test_sun_lights_and_casts_shadow(ctx) -> None:
@@ -179,7 +178,7 @@ def test_motion_of_a_turned_camera_is_the_same_at_all_depths(ctx) -> None:
     frame = motion_frame(CAMERA.turned(0.01, 0.02), CAMERA, w, h, (0.0, 0.0))
     a, b = (run_pass(ctx, "raster/motion.comp", {"in_depth": d}, ("out_motion", "float16", 2), frame) for d in (near, sky))
     np.testing.assert_allclose(a, b, atol=4e-3)  # two float32 projections, one float16 step at 2
-    assert np.abs(a).min() > 0.3
+    assert np.abs(a).min() > 0.2
 
 
 def motion_frame(now: Camera, before: Camera, w: int, h: int, jitter: tuple[float, float]) -> dict[str, object]:

@@ -1,0 +1,158 @@
+"""The command line as its callers meet it: exit codes, one sentence on stderr, no traceback, help that lists everything."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from app.cli import COMMANDS, main, parser
+from app.errors import BAD_INPUT
+from app.frame.pipeline import VIEWS
+from app.scene.gallery import SCENES
+from app.settings import Settings, walk
+
+ROOT = Path(__file__).parents[2]
+LEAVES = [path for path, _, _ in walk(Settings())]
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "app", *arguments], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on stderr of a command that exits with 2 and prints nothing else."""
+    assert main(arguments) == BAD_INPUT
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1, captured.err
+    assert lines[0].startswith("hybrid-dof: ")
+    return lines[0]
+
+
+def test_it_runs_as_a_program() -> None:
+    done = run("scenes")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert all(scene.name in done.stdout for scene in SCENES)
+
+
+def test_a_failing_program_says_one_line_and_exits_2() -> None:
+    done = run("info", "no-such-scene.glb")
+    assert (done.returncode, done.stdout) == (BAD_INPUT, "")
+    assert len(done.stderr.splitlines()) == 1
+    assert "no-such-scene.glb" in done.stderr
+
+
+def test_debug_adds_the_traceback() -> None:
+    done = run("info", "no-such-scene.glb", "--debug")
+    assert done.returncode == BAD_INPUT
+    assert "Traceback" in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("hybrid-dof: ")
+
+
+def test_a_reader_that_goes_away_is_no_error() -> None:
+    program = f"{sys.executable} -m app scenes"
+    done = subprocess.run(
+        ["bash", "-c", f"{program} 3>&1 1>&3 | true; exit ${{PIPESTATUS[0]}}"],
+        cwd=ROOT, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([command, "--help"])
+    assert caught.value.code == 0
+    out = capsys.readouterr().out
+    assert out.startswith(f"usage: hybrid-dof {command}")
+    if command in ("view", "shot", "plan"):
+        assert all(f"--{path}" in out for path in LEAVES)
+        assert all(view in out for view in VIEWS)
+
+
+@pytest.mark.parametrize("argument", ["--help", "--version"])
+def test_the_program_itself_has_help_and_a_version(argument: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([argument])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (("shot", "still-life", "-o", "x.png", "--lens.aperture", "wide"), "--lens.aperture"),
+        (("shot", "still-life", "-o", "x.png", "--lens.aperture", "-1"), "--lens.aperture"),
+        (("plan", "still-life", "--lens.blades", "2.5"), "--lens.blades"),
+        (("plan", "still-life", "--shading.background", "1,2"), "--shading.background"),
+        (("plan", "still-life", "--shading.mode", "glossy"), "--shading.mode"),
+        (("plan", "still-life", "--lens.apertur"), "--lens.apertur"),
+        (("plan", "still-life", "--lens.colour", "3"), "--lens.colour"),
+        (("plan", "still-life", "--view", "nonsense"), "nonsense"),
+        (("plan", "still-life", "--view", "display"), "display"),
+        (("plan", "still-life", "--lens.aperture", "0", "--view", "mask"), "the aperture is 0"),
+        (("plan", "still-life", "--size", "640"), "--size"),
+        (("plan", "still-life", "--size", "0x480"), "--size"),
+        (("plan", "still-life", "--size", "640x-480"), "--size"),
+        (("plan", "still-life", "--size", "axb"), "--size"),
+        (("plan", "still-life", "--size", "²x3"), "--size"),
+        (("plan", "still-life", "--camera", "nowhere.json"), "nowhere.json"),
+        (("plan", "nowhere.glb"), "nowhere.glb"),
+        (("plan", "nowhere"), "nowhere"),
+        (("plan",), "scene"),
+        (("info", "nowhere.gltf"), "nowhere.gltf"),
+        (("shot", "still-life"), "-o"),
+        (("shot", "still-life", "-o", "x.bmp"), "x.bmp"),
+        (("shot", "still-life", "-o", "no/such/folder/x.png"), "no/such/folder"),
+        (("shot", "still-life", "-o", "x.png", "--frames", "0"), "--frames"),
+        (("shot", "still-life", "-o", "x.png", "--spp", "-3"), "--spp"),
+        (("shot", "still-life", "-o", "x.png", "--spp", "many"), "--spp"),
+        (("shot", "still-life", "-o", "x.png", "--seed", "x"), "--seed"),
+        (("scenes", "surplus"), "surplus"),
+        (("--nonsense",), "--nonsense"),
+    ],
+)
+def test_bad_input_is_one_sentence_that_names_it(
+    arguments: tuple[str, ...], named: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert named in refused(capsys, *arguments)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("path", LEAVES)
+def test_every_setting_is_an_option_that_is_checked(path: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"--{path}" in refused(capsys, "plan", "still-life", f"--{path}", "certainly not")
+    options = parser().parse_args(["plan", "still-life", f"--{path}", "1"])
+    assert getattr(options, path) == "1"
+
+
+def test_a_plan_prints_what_runs_what_does_not_and_why(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "still-life", "--view", "hybrid", "--size", "320x180"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    lines = captured.out.splitlines()
+    assert lines[0].startswith("hybrid of still-life at 320x180")
+    runs, skips = ([line.split() for line in lines if line.startswith(f"  {verb}")] for verb in ("runs", "skips"))
+    assert {"gbuffer", "lighting", "trace", "composite", "display"} <= {words[1] for words in runs}
+    assert {"traced", "reference"} <= {words[1] for words in skips}
+    assert all(len(words) > 3 for words in (*runs, *skips)), "each with its reason"
+
+
+def test_a_pinholes_plan_says_that_it_is_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "still-life", "--lens.aperture", "0"]) == 0
+    assert "  skips  gather          the aperture is 0, a pinhole: everything is sharp" in capsys.readouterr().out
+
+
+def test_an_option_wins_over_the_camera_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "camera.json"
+    file.write_text('{"eye": [0, 1, 3], "target": [0, 1, 0], "focus_distance": 2.5, "aperture": 0.03}')
+    assert main(["plan", "still-life", "--camera", str(file)]) == 0
+    assert "aperture 0.03 m, focus 2.5 m" in capsys.readouterr().out.splitlines()[0]
+    assert main(["plan", "still-life", "--camera", str(file), "--lens.aperture", "0.01"]) == 0
+    assert "aperture 0.01 m, focus 2.5 m" in capsys.readouterr().out.splitlines()[0]

@@ -1,0 +1,110 @@
+"""Facts err on the side of drawing: no circle of confusion that can appear exceeds its bound."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from app.camera import look_at
+from app.optics import SKY_DEPTH, coc_px, coc_scale_px
+from app.scene.facts import MAX_NEAR_PLANE, Facts, SceneFacts, depth_range, frame_facts, near_plane, scene_facts
+from app.scene.model import Instance, Light, Material, Mesh, Scene, TextureSlot
+from app.settings import Lens
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+coordinate = st.floats(-100, 100)
+points = st.tuples(coordinate, coordinate, coordinate)
+lenses = st.builds(Lens, aperture=st.floats(0, 1), focus_distance=st.floats(1e-2, 1e5))
+Vec3 = tuple[float, float, float]
+
+
+def box(a: Vec3, b: Vec3) -> SceneFacts:
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    return SceneFacts(tuple(low), tuple(high), False, False, False, False, 0, False)
+
+
+@given(a=points, b=points, eye=points, target=points, lens=lenses, fov=st.floats(5, 120), seed=st.integers(0, 99))
+def test_no_point_of_the_scene_exceeds_the_bounds(
+    a: Vec3, b: Vec3, eye: Vec3, target: Vec3, lens: Lens, fov: float, seed: int
+) -> None:
+    assume(math.dist(eye, target) > 1e-3)
+    scene, camera = box(a, b), look_at(eye, target, fov_y_deg=fov)
+    nearest = near_plane(np.array(scene.low), np.array(scene.high))
+    facts = frame_facts(scene, camera, lens, 1080, nearest)
+    share = np.random.default_rng(seed).random((200, 3))
+    share[:8] = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3), -1).reshape(8, 3)  # the corners among them
+    inside = np.array(scene.low) + share * np.subtract(scene.high, scene.low)
+    depths = (inside - camera.eye) @ np.array(camera.forward)
+    seen = np.append(depths[depths >= nearest], SKY_DEPTH)  # the sky is never out of reach
+    coc = coc_px(seen, coc_scale_px(lens.aperture, 1080, camera.fov_y), 1.0 / lens.focus_distance)
+    rounding = 1e-12 * (1.0 + np.abs(coc).max())
+    assert -coc.min() <= facts.near_coc_px + rounding
+    assert coc.max() <= facts.far_coc_px + rounding
+    low, high = depth_range(camera, scene, nearest)
+    assert nearest <= low <= high
+    if len(seen) > 1:
+        assert low <= seen[:-1].min() + 1e-9
+        assert high >= seen[:-1].max() - 1e-9
+
+
+@given(a=points, b=points, eye=points, target=points, lens=lenses)
+def test_bounds_are_not_idle(a: Vec3, b: Vec3, eye: Vec3, target: Vec3, lens: Lens) -> None:
+    """Nothing in front of focus: the near bound is 0, so that a plan can leave the rays out."""
+    assume(math.dist(eye, target) > 1e-3)
+    scene, camera = box(a, b), look_at(eye, target)
+    nearest, _ = depth_range(camera, scene, 1e-3)
+    facts = frame_facts(scene, camera, lens, 720, 1e-3)
+    assert facts.near_coc_px >= 0.0
+    assert facts.far_coc_px >= 0.0
+    if nearest >= lens.focus_distance:
+        assert facts.near_coc_px == 0.0
+    if lens.aperture == 0.0:
+        assert facts.near_coc_px == facts.far_coc_px == 0.0
+
+
+@given(diagonal=st.floats(0, 1e6))
+def test_the_near_plane_suits_helmets_and_halls(diagonal: float) -> None:
+    near = near_plane(np.zeros(3), np.array([diagonal, 0.0, 0.0]))
+    assert 0.0 < near <= MAX_NEAR_PLANE
+    assert near <= max(1e-3 * diagonal, 1e-9) * (1 + 1e-12)
+
+
+def scene(material: Material, lights: tuple[Light, ...] = (), spare: tuple[Material, ...] = ()) -> Scene:
+    one = np.zeros((3, 3), np.float32)
+    mesh = Mesh(one, one, one[:, :2], np.zeros((3, 4), np.float32), np.array([[0, 1, 2]], np.uint32), 0)
+    return Scene((mesh,), (material, *spare), (Instance(0, np.eye(4)),), lights=lights)
+
+
+SLOT = TextureSlot(0)
+
+
+@pytest.mark.parametrize(
+    ("material", "expected"),
+    [
+        (Material(), set()),
+        (Material(base_color_texture=SLOT), {"textured"}),
+        (Material(metallic_roughness_texture=SLOT), {"textured"}),
+        (Material(normal_texture=SLOT), {"textured", "normal_mapped"}),
+        (Material(emissive_texture=SLOT), {"textured"}),  # its factor is zero: it emits nothing
+        (Material(emissive=(0.0, 0.1, 0.0)), {"emissive"}),
+        (Material(alpha_cutoff=0.5), {"alpha_masked"}),
+    ],
+)
+def test_a_material_calls_for_what_it_uses(material: Material, expected: set[str]) -> None:
+    flags = ("textured", "normal_mapped", "emissive", "alpha_masked")
+    found = scene_facts(scene(material), np.zeros(3), np.ones(3))
+    assert {f for f in flags if getattr(found, f)} == expected
+    unused = scene_facts(scene(Material(), spare=(material,)), np.zeros(3), np.ones(3))
+    assert not any(getattr(unused, f) for f in flags), "a material that no mesh uses calls for nothing"
+
+
+def test_lights_are_counted_and_frames_inherit_the_scenes_facts() -> None:
+    sun, lamp = Light("sun", (1, 1, 1), 1.0), Light("point", (1, 1, 1), 1.0)
+    found = scene_facts(scene(Material(normal_texture=SLOT, alpha_cutoff=0.1), (lamp, sun)), np.zeros(3), np.ones(3))
+    assert (found.lights, found.sun) == (2, True)
+    assert not scene_facts(scene(Material(), (lamp,)), np.zeros(3), np.ones(3)).sun
+    frame = frame_facts(found, look_at((0, 0, 5), (0, 0, 0)), Lens(), 100, 0.01, camera_moved=True, unsampled=True)
+    expected = {"textured": True, "normal_mapped": True, "emissive": False, "alpha_masked": True, "lights": 2, "sun": True}
+    assert frame == Facts(frame.near_coc_px, frame.far_coc_px, **expected, camera_moved=True, unsampled=True)

@@ -1,0 +1,159 @@
+"""The hybrid's arithmetic in float64: the twin of glsl/lib/mask.glsl and glsl/lib/hit_layers.glsl, and of whole mask passes.
+
+Nothing here runs when a picture is drawn: it says what the shaders must compute, so that tests can hold them to it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+REACH_MARGIN_HALF = 1.0  # half-res px
+RIM = 0.25
+RAYS_BEGIN_PX, RAYS_END_PX = 2.0, 4.0
+HALF_RES_COC_PX = 2.0
+
+_SMOOTHING = np.array([1.0, 4.0, 6.0, 4.0, 1.0])
+_DERIVATIVE = np.array([-1.0, -2.0, 0.0, 2.0, 1.0])
+_RAMP = 128.0  # the Sobel kernel's answer to a slope of one per texel
+_GAUSS = 3  # radius of the Gaussian, half-res px
+
+
+def smoothstep(low: float, high: float, x: ArrayLike) -> Array:
+    """GLSL's smoothstep."""
+    t = np.clip((np.asarray(x, np.float64) - low) / (high - low), 0.0, 1.0)
+    return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+def mask_response(gradient: ArrayLike, sensitivity: ArrayLike) -> Array:
+    """Response 0..1 to a gradient (poster, 2.1)."""
+    return np.asarray(1.0 - 1.0 / (np.asarray(sensitivity) * np.asarray(gradient, np.float64) + 1.0))
+
+
+def own_slope(differences: ArrayLike) -> Array:
+    """Slope of a surface from three successive differences (..., 3): the smallest if all agree in sign, else 0 (minmod)."""
+    d = np.asarray(differences, np.float64)
+    agree = (np.sign(d) == np.sign(d[..., :1])).all(-1)
+    return np.where(agree, np.sign(d[..., 0]) * np.abs(d).min(-1), 0.0)
+
+
+def edge_reach_half(coc: ArrayLike) -> Array:
+    """How far [half-res px] a near surface's blur carries its edge; 0 where rays gain nothing. `coc` in full-res px."""
+    coc = np.asarray(coc, np.float64)
+    return np.where(coc < -RAYS_BEGIN_PX, -0.5 * coc + REACH_MARGIN_HALF, 0.0)
+
+
+def rays_feather(power: ArrayLike, reach: ArrayLike) -> Array:
+    """Weight of rays inside a reach [half-res px], from reach^2 - distance^2."""
+    power, reach = np.asarray(power, np.float64), np.asarray(reach, np.float64)
+    from_rim = 1.0 - np.sqrt(np.maximum(1.0 - power / reach**2, 0.0))
+    return smoothstep(0.0, RIM, from_rim) * smoothstep(RAYS_BEGIN_PX, RAYS_END_PX, 2.0 * (reach - REACH_MARGIN_HALF))
+
+
+def planned_rays(level: ArrayLike, scale: ArrayLike, fewest: float, most: float) -> Array:
+    """Mean rays for a mask level 1..255 when the budget allows `scale` per level."""
+    return np.clip(np.asarray(scale) * np.asarray(level, np.float64), fewest, most)
+
+
+def near_share(coc: ArrayLike, in_focus_px: float, blend: ArrayLike) -> Array:
+    """Part of a hit at signed CoC radius `coc` [px] that belongs to the near layer."""
+    return smoothstep(0.0, 1.0, (-np.asarray(coc, np.float64) - in_focus_px) / np.asarray(blend))
+
+
+def sharp_share(coc: ArrayLike, in_focus_px: float, blend: ArrayLike) -> Array:
+    """Part of what lies behind the near layer that the sharp raster image provides."""
+    return (1.0 - smoothstep(in_focus_px, HALF_RES_COC_PX, np.abs(coc))) * (1.0 - near_share(coc, in_focus_px, blend))
+
+
+def post_far_share(hit_ratio: ArrayLike, threshold: float) -> Array:
+    """Part of the far layer that the post-process provides."""
+    return smoothstep(threshold, 1.0, hit_ratio) if threshold < 1.0 else np.zeros(np.shape(hit_ratio))
+
+
+def post_near_share(specular: ArrayLike, threshold: float) -> Array:
+    """Weight of the post-process where it is bright with specular near bokeh."""
+    return smoothstep(threshold, 2.0 * threshold, specular)
+
+
+def newest_weight(rays: ArrayLike, before: ArrayLike, floor_weight: ArrayLike) -> Array:
+    """Weight of `rays` new samples against a mean of `before`, never below `floor_weight`; 0 without rays."""
+    rays, before = np.asarray(rays, np.float64), np.asarray(before, np.float64)
+    share = rays / np.maximum(rays + before, 1e-30)
+    return np.where(rays > 0.0, np.maximum(share, floor_weight), 0.0)
+
+
+def trusted_ratio(accumulated: ArrayLike, latest: ArrayLike, rays: ArrayLike) -> Array:
+    """The accumulated hit ratio within twice the standard error of the latest one (Agresti and Coull 1998)."""
+    n = np.asarray(rays, np.float64) + 2.0
+    q = (np.asarray(latest, np.float64) * np.asarray(rays) + 1.0) / n
+    margin = 2.0 * np.sqrt(q * (1.0 - q) / n)
+    return np.clip(np.asarray(accumulated, np.float64), np.maximum(q - margin, 0.0), np.minimum(q + margin, 1.0))
+
+
+def mask_gradient(normal: Array, coc: Array, smoothing_px: float) -> Array:
+    """|dn| + |dd| per half-res px (h/2, w/2) of full-res normals (h, w, 3), zero in the sky, and CoC [px] (h, w); h and w even."""
+    blocks = np.concatenate([normal, coc[..., None]], -1)
+    h, w = coc.shape
+    guide = blocks.reshape(h // 2, 2, w // 2, 2, 4).mean((1, 3))
+    sigma = 0.5 * smoothing_px
+    offsets = np.arange(-_GAUSS, _GAUSS + 1)
+    gauss = np.exp(-0.5 * offsets**2 / max(sigma * sigma, 1e-4))
+    gauss /= gauss.sum()
+    reach = _GAUSS + 2
+    padded = np.pad(guide, ((reach, reach), (reach, reach), (0, 0)), mode="edge")
+    smooth = correlate(correlate(padded, gauss, 1), gauss, 0)
+    dx = correlate(correlate(smooth, _DERIVATIVE, 1), _SMOOTHING, 0) / _RAMP
+    dy = correlate(correlate(smooth, _SMOOTHING, 1), _DERIVATIVE, 0) / _RAMP
+    slope_x, slope_y = 2.0 * _block_slope(coc), 2.0 * _block_slope(coc.T).T
+    dn = np.sqrt((dx[..., :3] ** 2).sum(-1) + (dy[..., :3] ** 2).sum(-1))
+    return np.asarray(dn + np.hypot(dx[..., 3] - slope_x, dy[..., 3] - slope_y))
+
+
+def correlate(image: Array, kernel: Array, axis: int) -> Array:
+    """Valid part of the correlation along an axis."""
+    length = image.shape[axis] - len(kernel) + 1
+    return np.asarray(sum(k * np.take(image, np.arange(i, i + length), axis) for i, k in enumerate(kernel)))
+
+
+def _block_slope(coc: Array) -> Array:
+    padded = np.pad(coc[::2], ((0, 0), (1, 2)), mode="edge")
+    width = coc.shape[1]
+    columns = [padded[:, i : i + width : 2] for i in range(4)]
+    return own_slope(np.stack([b - a for a, b in zip(columns, columns[1:])], -1))
+
+
+def dilated(response: Array, reach: Array) -> tuple[Array, Array]:
+    """Brute-force dilation of edges (h, w) by discs of their reach [half-res px]: covering response and largest feather, 0 outside."""
+    h, w = response.shape
+    y, x = np.mgrid[:h, :w]
+    best, feather = np.zeros((h, w)), np.zeros((h, w))
+    for ey, ex in np.argwhere(reach > 0.0):
+        squared = (x - ex) ** 2 + (y - ey) ** 2
+        power = reach[ey, ex] ** 2 - squared
+        covered = power >= 0.0
+        best[covered] = np.maximum(best[covered], response[ey, ex])
+        feather[covered] = np.maximum(feather[covered], rays_feather(power[covered], reach[ey, ex]))
+    return best, feather
+
+
+def rays_per_level(histogram: ArrayLike, budget: float, most: float) -> float:
+    """Rays per mask level that give the masked pixels counted in `histogram` (256,) the mean `budget`, by bisection."""
+    pixels = np.asarray(histogram, np.float64)[1:]
+    levels, fewest = np.arange(1, 256), min(1.0, budget)
+    wanted = float(np.clip(budget, fewest, most)) * pixels.sum()
+    low, high = 0.0, most
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        enough = (pixels * planned_rays(levels, middle, fewest, most)).sum() >= wanted
+        low, high = (low, middle) if enough else (middle, high)
+    return high
+
+
+def segment_share(distance: ArrayLike) -> Array:
+    """Part of a unit disc beyond a chord at signed `distance` from its centre: what a straight edge lets the lens see past it."""
+    d = np.clip(np.asarray(distance, np.float64), -1.0, 1.0)
+    return np.asarray((np.arccos(d) - d * np.sqrt(1.0 - d * d)) / math.pi)

@@ -1,0 +1,91 @@
+"""A scene opened once per session, and pictures of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import moderngl
+import numpy as np
+from app.bvh.build import build_bvh
+from app.camera import Camera, read_viewpoint
+from app.frame.pipeline import CONVERGING
+from app.gpu.scene import GpuScene
+from app.gpu.timing import WALL_CLOCK
+from app.renderer import Renderer
+from app.scene.flatten import flatten
+from app.scene.model import Scene
+from app.session import focused, load_gpu_scene, viewpoints
+from app.settings import Settings, from_dict, put
+
+BATCH = 16  # lens samples per dispatch: the cost of starting one is spread, and no dispatch takes long
+
+
+@dataclass
+class Stage:
+    """One scene, one viewpoint, one renderer whose programs stay compiled."""
+
+    renderer: Renderer
+    camera: Camera
+    settings: Settings
+
+    def draw(
+        self,
+        view: str,
+        size: tuple[int, int],
+        *,
+        frames: int = 1,
+        spp: int = 1,
+        seed: int = 0,
+        settings: Settings | None = None,
+        camera: Camera | None = None,
+    ) -> Renderer:
+        """The renderer after a fresh start: `frames` frames of a view, or `spp` lens samples per pixel of a converging one."""
+        renderer = self.renderer
+        renderer.resize(size)
+        renderer.reset()
+        renderer.seed = seed
+        batch = min(spp, BATCH) if view == "traced" else 1
+        assert spp % batch == 0
+        used = put(settings or self.settings, "rays.samples_per_frame", batch)
+        for _ in range(spp // batch if view in CONVERGING else frames):
+            renderer.draw(view, camera or self.camera, used)
+        return renderer
+
+    def linear(self, view: str, size: tuple[int, int], **options: object) -> np.ndarray:
+        """Linear radiance (h, w, 3) float64, top row first."""
+        return self.draw(view, size, **options).linear().astype(np.float64)  # type: ignore[arg-type]
+
+    def runs(self, view: str, size: tuple[int, int], spp: int, seeds: Sequence[int]) -> np.ndarray:
+        """Independent estimates (len(seeds), h, w, 3) of a converging view."""
+        return np.stack([self.linear(view, size, spp=spp, seed=seed) for seed in seeds])
+
+
+def stage_of(ctx: moderngl.Context, scene: Scene, camera: Camera, **settings: object) -> Stage:
+    """A scene made in the test; settings by dotted name with "__" for the dot."""
+    triangles = flatten(scene)
+    gpu = GpuScene(ctx, scene, triangles, lambda progress: build_bvh(triangles.positions, triangles.indices))
+    return Stage(untimed(ctx, gpu), camera, with_settings(Settings(), settings))
+
+
+@cache
+def opened(ctx: moderngl.Context, name: str, camera_file: Path | None = None, unlit: bool = False) -> Stage:
+    """A built-in scene or a file, seen by a camera file or by the scene's own first camera."""
+    scene, gpu = load_gpu_scene(ctx, name)
+    viewpoint = read_viewpoint(camera_file) if camera_file else viewpoints(scene, (np.array(gpu.facts.low), np.array(gpu.facts.high)))[0]
+    settings = with_settings(Settings(), {"shading__mode": "unlit", "shading__background": [0.5, 0.6, 0.7]} if unlit else {})
+    return Stage(untimed(ctx, gpu), viewpoint.camera, focused(settings, viewpoint))
+
+
+def untimed(ctx: moderngl.Context, gpu: GpuScene) -> Renderer:
+    """A renderer that times nothing; its size is set by `Stage.draw`."""
+    renderer = Renderer(ctx, gpu, (8, 8), timing_source=WALL_CLOCK)
+    renderer.profiler.enabled = False
+    return renderer
+
+
+def with_settings(settings: Settings, values: dict[str, object]) -> Settings:
+    """Settings with values by dotted name, "__" for the dot."""
+    return from_dict({path.replace("__", "."): value for path, value in values.items()}, settings)
