@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import traceback
 from collections.abc import Sequence
@@ -33,14 +34,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in ("-h", "--help", "--version")):
             arguments.insert(0, "view")
         options = parser().parse_args(arguments)
-        return int(getattr(commands, options.command)(options) or 0)
+        code = int(getattr(commands, options.command)(options) or 0)
+        sys.stdout.flush()
+        return code
     except UserError as error:
         if debug:
             traceback.print_exc()
         print(f"hybrid-dof: {error}", file=sys.stderr)
         return error.exit_code
-    except BrokenPipeError:
-        sys.stderr.close()
+    except BrokenPipeError:  # the reader went away, as `| head` does; what is still buffered must not be flushed at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
         print("hybrid-dof: interrupted", file=sys.stderr)

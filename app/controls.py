@@ -13,7 +13,9 @@ import numpy as np
 
 from .camera import Camera
 
-STEP_S = 1.0 / 60.0  # the simulation's step, whatever a frame takes: the same keys held for the same time fly the same way
+STEP_S = (
+    1.0 / 60.0
+)  # the simulation's step, whatever a frame takes: the same keys held for the same time fly the same way
 MAX_STEPS = 60  # of one frame: after a stall (loading, a compile) the camera makes up one second, not the whole pause
 FAST, SLOW = 4.0, 0.25  # Shift and Ctrl; two octaves either way cross a hall or inspect a leaf
 WHEEL_FACTOR = 1.2  # speed per wheel notch: four notches double it
@@ -66,7 +68,14 @@ BINDINGS = (
 ACTIONS = {key: binding.action for binding in BINDINGS for key in binding.keys}
 
 # action -> direction along (right, up, forward)
-_MOVES = {"forward": (0, 0, 1), "back": (0, 0, -1), "left": (-1, 0, 0), "right": (1, 0, 0), "up": (0, 1, 0), "down": (0, -1, 0)}
+_MOVES = {
+    "forward": (0, 0, 1),
+    "back": (0, 0, -1),
+    "left": (-1, 0, 0),
+    "right": (1, 0, 0),
+    "up": (0, 1, 0),
+    "down": (0, -1, 0),
+}
 
 
 def fly(camera: Camera, held_keys: Iterable[str], mouse_delta: tuple[float, float], speed: float, dt: float) -> Camera:
@@ -101,7 +110,9 @@ class Pilot:
 
     speed: float = 1.0  # m/s
     held: set[str] = field(default_factory=set)
-    _tapped: set[str] = field(default_factory=set)  # pressed since the last step: a tap shorter than a slow frame still counts
+    _tapped: set[str] = field(
+        default_factory=set
+    )  # pressed since the last step: a tap shorter than a slow frame still counts
     _turn: tuple[float, float] = (0.0, 0.0)  # px
     _debt: float = 0.0  # s not yet simulated
 

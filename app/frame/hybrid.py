@@ -32,9 +32,11 @@ def trace_defines(settings: Settings, facts: Facts) -> Defines:
 ONE_GROUP = (1 << 16, 1 << 16)  # a work group that covers every picture: the pass runs once
 
 HYBRID = (
-    Pass("mask_edges", "dof/mask_edges.comp", reads=("normal", "coc", "tiles_dilated"), writes=("mask_edges",), needed=partly_occluded),
-    Pass("mask_rows", "dof/mask_rows.comp", reads=("mask_edges", "tiles_dilated"), writes=("mask_rows",), needed=partly_occluded),
-    Pass("mask", "dof/mask.comp", reads=("mask_rows", "tiles_dilated"), writes=("mask",), fills=("RayHistogram",), needed=partly_occluded),
+    Pass("mask_edges", "dof/mask_edges.comp", reads=("normal", "coc", "tiles"), writes=("mask_edges", "mask_tiles"), needed=partly_occluded),
+    Pass("reach_rows", "dof/mask_reach.comp", reads=("reach=mask_tiles",), writes=("mask_reach_row",), defines=lambda s, f: (("AXIS", 0),), needed=partly_occluded),
+    Pass("reach_columns", "dof/mask_reach.comp", reads=("reach=mask_reach_row",), writes=("mask_reach",), defines=lambda s, f: (("AXIS", 1),), needed=partly_occluded),
+    Pass("mask_rows", "dof/mask_rows.comp", reads=("mask_edges", "mask_reach"), writes=("mask_rows",), needed=partly_occluded),
+    Pass("mask", "dof/mask.comp", reads=("mask_rows", "mask_reach"), writes=("mask",), fills=("RayHistogram",), needed=partly_occluded),
     Pass("ray_budget", "dof/ray_budget.comp", buffers=("RayHistogram",), fills=("RayBudget",), grid="mask", group=ONE_GROUP, needed=partly_occluded),
     Pass(
         "ray_list",

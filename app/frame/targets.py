@@ -33,6 +33,9 @@ TARGETS: dict[str, Target] = {
         Target("post", 4, "f2", "the post-processed picture, radiance; a: specular luminance of its near layer"),
         # hybrid
         Target("mask_edges", 2, "f2", "x: mask response of an edge, 0..1; y: how far its near blur reaches, half-res px", 2, filter="nearest", show="scalar"),
+        Target("mask_tiles", 1, "f4", "largest reach of an edge in the tile, half-res px", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),
+        Target("mask_reach_row", 1, "f4", "the same after the horizontal half of the dilation", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),
+        Target("mask_reach", 1, "f4", "largest reach of the edges that reach the tile, half-res px", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),
         Target("mask_rows", 4, "f4", "x: power of the row's strongest edge, half-res px^2; y: its reach, half-res px; z: its response", 2, filter="nearest", show="signed", range=(-400.0, 400.0)),
         Target("mask", 2, "f2", "x: mask response where near blur reaches, 0..1, 0: no rays; y: weight of rays in the composite", 2, show="scalar"),
         Target("ray_count", 2, "f4", "x: lens rays traced in the pixel this frame; y: in earlier frames", 2, history=True, filter="nearest", show="scalar", range=(0.0, 16.0)),

@@ -1,4 +1,4 @@
-"""Dear ImGui drawn with moderngl: vertex streams, scissors, and the texture protocol of ImGui 1.92 (textures are made and updated on request)."""
+"""Dear ImGui drawn with moderngl: vertex streams, scissors, and the texture protocol of ImGui 1.92 (textures on request)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ INITIAL_ELEMENTS = 1 << 15  # vertices and indices reserved at first; grown on d
 
 
 class ImguiRenderer:
-    """Draws what `imgui.render()` produced into the bound framebuffer. One per ImGui context; release it before the GL context."""
+    """Draws what `imgui.render()` produced. One per ImGui context; release it before either context goes."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
         self._own: dict[int, moderngl.Texture] = {}
         self._user: dict[int, moderngl.Texture] = {}
-        imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures  # no vertex offsets: indices have 32 bits
+        imgui.get_io().backend_flags |= (
+            imgui.BackendFlags_.renderer_has_textures
+        )  # no vertex offsets: indices have 32 bits
         files = load_glsl()
         self._program = ctx.program(
             vertex_shader=assemble("output/ui.vert", files).text, fragment_shader=assemble("output/ui.frag", files).text
@@ -29,7 +31,9 @@ class ImguiRenderer:
         self._vertices = ctx.buffer(reserve=INITIAL_ELEMENTS * imgui.VERTEX_SIZE, dynamic=True)
         self._indices = ctx.buffer(reserve=INITIAL_ELEMENTS * imgui.INDEX_SIZE, dynamic=True)
         layout = [(self._vertices, "2f 2f 4f1", "position", "uv", "color")]
-        self._array = ctx.vertex_array(self._program, layout, index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE)
+        self._array = ctx.vertex_array(
+            self._program, layout, index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE
+        )
 
     def user_texture(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
         """A handle for `imgui.image`. The caller keeps the texture alive until `forget_texture`."""
@@ -41,7 +45,7 @@ class ImguiRenderer:
         self._user.pop(texture.glo, None)
 
     def render(self, data: Any) -> None:
-        """Draw an `imgui.ImDrawData` over the whole of the bound framebuffer, which is display_size times framebuffer_scale large."""
+        """Draw an `imgui.ImDrawData` over all of the bound framebuffer: display_size times framebuffer_scale px."""
         for texture in data.textures or ():
             if texture.status != imgui.ImTextureStatus.ok:
                 self._serve(texture)
@@ -50,7 +54,12 @@ class ImguiRenderer:
         if size.x <= 0 or size.y <= 0:
             return
         self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = (moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA)
+        self._ctx.blend_func = (
+            moderngl.SRC_ALPHA,
+            moderngl.ONE_MINUS_SRC_ALPHA,
+            moderngl.ONE,
+            moderngl.ONE_MINUS_SRC_ALPHA,
+        )
         self._program["transform"] = (2 / size.x, -2 / size.y, -1 - 2 * origin.x / size.x, 1 + 2 * origin.y / size.y)
         for commands in data.cmd_lists:
             self._upload(commands)
@@ -103,11 +112,15 @@ class ImguiRenderer:
             (self._indices, commands.idx_buffer, imgui.INDEX_SIZE),
         ):
             count = source.size() * item
-            buffer.orphan(max(buffer.size, 2 * count if count > buffer.size else 0))  # the GPU may still read the last list
+            buffer.orphan(
+                max(buffer.size, 2 * count if count > buffer.size else 0)
+            )  # the GPU may still read the last list
             if count:
                 buffer.write((ctypes.c_byte * count).from_address(source.data_address()))
 
 
 def _pixels(request: Any) -> np.ndarray:
     """(height, width, 4) of a texture that ImGui fills."""
-    return np.ascontiguousarray(request.get_pixels_array()).reshape(request.height, request.width, request.bytes_per_pixel)
+    return np.ascontiguousarray(request.get_pixels_array()).reshape(
+        request.height, request.width, request.bytes_per_pixel
+    )

@@ -16,13 +16,21 @@ class Presenter:
         self._ctx = ctx
         files = load_glsl()
         self._program = ctx.program(
-            vertex_shader=assemble("output/compare.vert", files).text, fragment_shader=assemble("output/compare.frag", files).text
+            vertex_shader=assemble("output/compare.vert", files).text,
+            fragment_shader=assemble("output/compare.frag", files).text,
         )
         self._program["left"], self._program["right"] = 0, 1
         self._triangle = ctx.vertex_array(self._program, [])
         self._sampler = ctx.sampler(repeat_x=False, repeat_y=False, filter=(moderngl.LINEAR, moderngl.LINEAR))
 
-    def show(self, left: moderngl.Texture, right: moderngl.Texture | None, bar: float, rect: Rect, target: moderngl.Framebuffer) -> None:
+    def show(
+        self,
+        left: moderngl.Texture,
+        right: moderngl.Texture | None,
+        bar: float,
+        rect: Rect,
+        target: moderngl.Framebuffer,
+    ) -> None:
         """Fill `rect` of `target` with `left`, and `right` beyond the fraction `bar` of its width if there is one."""
         if rect[2] < 1 or rect[3] < 1:
             return

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import moderngl
 
@@ -13,7 +14,7 @@ from ..frame.records import Call
 from .layout import FRAME
 from .shaders import ShaderError, Source, assemble, explain, load_glsl
 
-Program = moderngl.Program | moderngl.ComputeShader
+Program = Any  # moderngl.Program or ComputeShader: both give their members by name, whose stubs are a union of all kinds
 Key = tuple[str, tuple[tuple[str, int], ...], tuple[str, ...]]
 
 _TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")

@@ -107,10 +107,10 @@ class Profiler:
     def flush(self) -> None:
         """Read the queries still in flight (waits for the GPU): so that short runs have figures too."""
         for name, ring in self._queries.items():
-            for slot, query in enumerate(ring):
-                if query is not None:
+            for frame in range(self._frame, self._frame + RING):  # oldest first
+                if (query := ring[frame % RING]) is not None:
                     self._keep(name, query.elapsed / 1e6)
-                    ring[slot] = None
+                    ring[frame % RING] = None
 
     def median_ms(self) -> dict[str, float]:
         """Median milliseconds by pass name over the frames kept, in the order first run."""

@@ -9,13 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-# Ends and middles of the diverging map, display values: dark blue, light blue, near white, orange, dark red. Lightness falls
-# evenly to both sides, and blue against orange survives the common colour-vision deficiencies.
-DIVERGING = np.array([(0.03, 0.16, 0.45), (0.36, 0.63, 0.88), (0.96, 0.96, 0.94), (0.95, 0.56, 0.30), (0.52, 0.05, 0.05)])
+# Ends and middles of the diverging map, display values: dark blue, light blue, near white, orange, dark red. Lightness
+# falls to both sides, and blue against orange survives the common colour-vision deficiencies.
+DIVERGING = np.array(
+    [(0.03, 0.16, 0.45), (0.36, 0.63, 0.88), (0.96, 0.96, 0.94), (0.95, 0.56, 0.30), (0.52, 0.05, 0.05)]
+)
 
 
 def sequential(t: ArrayLike) -> Array:
-    """[0, 1] (...) to display RGB (..., 3): cubehelix (Green 2011, start 0.5, -1.0 rotations, hue 1.1), whose lightness rises evenly."""
+    """[0, 1] (...) to display RGB (..., 3), ever lighter: cubehelix (Green 2011), start 0.5, -1 rotation, hue 1.1."""
     t = np.clip(np.asarray(t, np.float64), 0.0, 1.0)[..., None]
     angle = 2.0 * math.pi * (0.5 / 3.0 + 1.0 - 1.0 * t)
     amplitude = 1.1 * t * (1.0 - t) / 2.0
@@ -33,13 +35,13 @@ def diverging(s: ArrayLike) -> Array:
 
 
 def signed_unit(value: ArrayLike, low: float, high: float) -> Array:
-    """A signed value in units of its side's end: -1 at `low` < 0, 1 at `high` > 0, 0 stays 0, so that white always means zero."""
+    """A signed value in units of its side's end: -1 at `low` < 0, 1 at `high` > 0; 0 stays 0, so white means zero."""
     value = np.asarray(value, np.float64)
     return np.where(value < 0.0, -value / min(low, -1e-30), value / max(high, 1e-30))
 
 
 def wheel(x: ArrayLike, y: ArrayLike) -> Array:
-    """A vector of length <= 1 to display RGB (..., 3): hue is its direction (red to the right), brightness its length."""
+    """A vector of length <= 1 to display RGB (..., 3): hue is its direction (red: right), brightness its length."""
     x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
     hue = np.arctan2(y, x)[..., None] / (2.0 * math.pi)
     spread = np.abs(np.mod(hue + np.array([0.0, 2.0 / 3.0, 1.0 / 3.0]), 1.0) * 6.0 - 3.0) - 1.0

@@ -1,4 +1,4 @@
-"""What the frame cost and why: milliseconds by pass with their source and device, and the passes that ran or were left out."""
+"""What the frame cost and why: milliseconds by pass with source and device, and which passes ran or were left out."""
 
 from __future__ import annotations
 
@@ -13,8 +13,12 @@ def draw_costs(shown: Shown) -> None:
     muted(f"{shown.timing_source}\n{shown.device}")
     for cost in shown.costs:
         total = sum(ms for _, ms in cost.timings)
-        imgui.text_unformatted(f"{cost.view}: {total:.1f} ms in {len(cost.timings)} passes, {cost.size[0]} x {cost.size[1]} px")
-        if cost.timings and imgui.begin_table(f"ms {cost.view}", 3, imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop):
+        imgui.text_unformatted(
+            f"{cost.view}: {total:.1f} ms in {len(cost.timings)} passes, {cost.size[0]} x {cost.size[1]} px"
+        )
+        if cost.timings and imgui.begin_table(
+            f"ms {cost.view}", 3, imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop
+        ):
             for name, ms in cost.timings:
                 _row(name, ms, total)
             imgui.end_table()

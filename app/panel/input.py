@@ -6,16 +6,20 @@ from imgui_bundle import imgui
 
 # Where a window's key name is not already ImGui's.
 _ALIASES = {
-    "return": "enter", "lshift": "left_shift", "rshift": "right_shift", "lctrl": "left_ctrl", "rctrl": "right_ctrl",
-    "lalt": "left_alt", "ralt": "right_alt", "lwindows": "left_super", "rwindows": "right_super", "lcommand": "left_super",
-    "rcommand": "right_super", "loption": "left_alt", "roption": "right_alt", "lmeta": "left_super", "rmeta": "right_super",
-    "left": "left_arrow", "right": "right_arrow", "up": "up_arrow", "down": "down_arrow", "pageup": "page_up", "pagedown": "page_down",
-    "capslock": "caps_lock", "numlock": "num_lock", "scrolllock": "scroll_lock", "print": "print_screen",
-    "bracketleft": "left_bracket", "bracketright": "right_bracket", "grave": "grave_accent", "quoteleft": "grave_accent",
-    "num_enter": "keypad_enter", "num_add": "keypad_add", "num_subtract": "keypad_subtract", "num_multiply": "keypad_multiply",
-    "num_divide": "keypad_divide", "num_decimal": "keypad_decimal", "num_equal": "keypad_equal",
+    "return": "enter",
+    **{f"{side[0]}{key}": f"{side}_{key}" for side in ("left", "right") for key in ("shift", "ctrl", "alt")},
+    **{f"{side[0]}{key}": f"{side}_super" for side in ("left", "right") for key in ("windows", "command", "meta")},
+    **{f"{side[0]}option": f"{side}_alt" for side in ("left", "right")},
+    **{arrow: f"{arrow}_arrow" for arrow in ("left", "right", "up", "down")},
+    **{f"page{way}": f"page_{way}" for way in ("up", "down")},
+    **{f"{lock}lock": f"{lock}_lock" for lock in ("caps", "num", "scroll")},
+    **{f"bracket{side}": f"{side}_bracket" for side in ("left", "right")},
+    **{f"num_{key}": f"keypad_{key}" for key in ("enter", "add", "subtract", "multiply", "divide", "decimal", "equal")},
     **{f"num_{digit}": f"keypad{digit}" for digit in range(10)},
-}  # fmt: skip
+    "print": "print_screen",
+    "grave": "grave_accent",
+    "quoteleft": "grave_accent",
+}
 _MODIFIERS = {
     "shift": imgui.Key.mod_shift,
     "ctrl": imgui.Key.mod_ctrl,

@@ -1,4 +1,4 @@
-"""Every setting as a widget, drawn from its one definition: range, unit, scale, meaning, and a way back to the default."""
+"""Every setting as a widget, drawn from its one definition: range, unit, scale, meaning, and the way to its default."""
 
 from __future__ import annotations
 
@@ -64,7 +64,13 @@ def describe(value: Any, unit: str) -> str:
     """A value as a person reads it: "0.05 m", "lit", "on"."""
     if isinstance(value, bool):
         return "on" if value else "off"
-    text = ", ".join(f"{x:g}" for x in value) if isinstance(value, tuple) else f"{value:g}" if isinstance(value, float) else str(plain(value))
+    text = (
+        ", ".join(f"{x:g}" for x in value)
+        if isinstance(value, tuple)
+        else f"{value:g}"
+        if isinstance(value, float)
+        else str(plain(value))
+    )
     return f"{text} {unit}".strip()
 
 
@@ -92,7 +98,9 @@ def _tooltip(path: str, leaf: Field[Any]) -> None:
     imgui.text_unformatted(leaf.metadata["doc"])
     imgui.push_style_color(imgui.Col_.text, style.MUTED)
     if meta["low"] is not None:
-        imgui.text_unformatted(f"{meta['low']:g} to {describe(meta['high'], meta['unit'])}; Ctrl+click to type a number")
+        imgui.text_unformatted(
+            f"{meta['low']:g} to {describe(meta['high'], meta['unit'])}; Ctrl+click to type a number"
+        )
     imgui.text_unformatted(f"--{path}, default {describe(leaf.default, meta['unit'])}")
     if meta["static"]:
         imgui.text_unformatted("compiled into the shaders: changing it pauses for a moment")

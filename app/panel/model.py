@@ -1,4 +1,7 @@
-"""What passes between the window and its user interface: a frozen value the interface may replace, facts it shows, and wishes it utters."""
+"""What passes between the window and its user interface.
+
+A frozen value that the interface may replace, facts that it shows, and wishes that it utters.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What lies over the picture: help, messages that fade, loading progress, and the names of the two sides of the split screen."""
+"""What lies over the picture: help, messages that fade, loading progress, and the names of the split screen's sides."""
 
 from __future__ import annotations
 
@@ -31,7 +31,13 @@ def draw_overlays(look: Look, shown: Shown, picture: Rect) -> None:
     if shown.loading:
         _progress(*shown.loading, picture)
     elif shown.message:
-        _box("message", shown.message, (picture[0] + MARGIN, picture[1] + picture[3] - MARGIN), (0.0, 1.0), picture[2] - 2 * MARGIN)
+        _box(
+            "message",
+            shown.message,
+            (picture[0] + MARGIN, picture[1] + picture[3] - MARGIN),
+            (0.0, 1.0),
+            picture[2] - 2 * MARGIN,
+        )
 
 
 def _box(name: str, text: str, at: tuple[float, float], pivot: tuple[float, float], width: float = 0.0) -> None:

@@ -1,4 +1,7 @@
-"""The panel beside the picture: views, scene, every setting, costs and reasons. It replaces the Look and utters Requests; it does nothing itself."""
+"""The panel beside the picture: views, scene, every setting, costs and reasons.
+
+It replaces the Look and utters Requests; it does nothing itself.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ class Panel:
         self.width = 0.0  # window units, as last drawn; 0 while hidden
 
     def draw(self, look: Look, shown: Shown, size: tuple[float, float]) -> tuple[Look, list[Request]]:
-        """Draw into a window of `size` [window units]; returns what the user now wants, and what only the window can do."""
+        """Draw into a window of `size` [window units]; returns what the user wants, and what only the window can do."""
         requests: list[Request] = []
         if look.panel:
             look = self._side(look, shown, size, requests)
@@ -51,7 +54,9 @@ class Panel:
         widest = max(MAX_SHARE * size[0], 1.0)
         imgui.set_next_window_pos(imgui.ImVec2(size[0], 0.0), imgui.Cond_.always, imgui.ImVec2(1.0, 0.0))
         imgui.set_next_window_size(imgui.ImVec2(WIDTH_EM * em, size[1]), imgui.Cond_.first_use_ever)
-        imgui.set_next_window_size_constraints(imgui.ImVec2(min(MIN_EM * em, widest), size[1]), imgui.ImVec2(widest, size[1]))
+        imgui.set_next_window_size_constraints(
+            imgui.ImVec2(min(MIN_EM * em, widest), size[1]), imgui.ImVec2(widest, size[1])
+        )
         fixed = imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_title_bar
         imgui.begin("panel", None, fixed)
         self.width = imgui.get_window_width()

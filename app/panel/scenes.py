@@ -1,4 +1,4 @@
-"""The scene picker: built-in scenes, a typed or dropped path, the cameras that come with a scene, and what loading found."""
+"""The scene picker: built-in scenes, a typed or dropped path, the cameras of a scene, and what loading found."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .model import Request, Shown
 
 
 def camera_files(scene_path: str | Path) -> tuple[Viewpoint, ...]:
-    """The viewpoints of the camera files (.json) beside a scene file, by name; files that are no camera are passed over.
+    """The viewpoints of the camera files (.json) beside a scene file; files that are no camera are passed over.
 
     A file named after the scene comes first, then others that start with the scene's name, then the rest.
     """
@@ -25,7 +25,9 @@ def camera_files(scene_path: str | Path) -> tuple[Viewpoint, ...]:
     if not path.is_file():
         return ()
     found = []
-    for file in sorted(path.parent.glob("*.json"), key=lambda f: (f.stem != path.stem, not f.stem.startswith(path.stem), f.name)):
+    for file in sorted(
+        path.parent.glob("*.json"), key=lambda f: (f.stem != path.stem, not f.stem.startswith(path.stem), f.name)
+    ):
         try:
             found.append(read_viewpoint(file))
         except UserError:

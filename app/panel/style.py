@@ -1,4 +1,4 @@
-"""Fonts and colours: a readable typeface at the screen's density, and quiet greys, since the picture is what is to be looked at."""
+"""Fonts and colours: a readable typeface at the screen's density, and quiet greys, since the picture is the point."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""Choosing what is looked at: a view, any intermediate target with the legend of its colours, or two of them side by side."""
+"""Choosing what is looked at: a view, any intermediate target with the legend of its colours, or two side by side."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from imgui_bundle import imgui
@@ -91,8 +92,13 @@ def _view_buttons(current: str) -> str:
         if index:
             imgui.same_line()
         chosen = name == current
-        imgui.push_style_color(imgui.Col_.button, style.ACCENT if chosen else imgui.get_style_color_vec4(imgui.Col_.button))
-        imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(0.05, 0.06, 0.07, 1.0) if chosen else imgui.get_style_color_vec4(imgui.Col_.text))
+        imgui.push_style_color(
+            imgui.Col_.button, style.ACCENT if chosen else imgui.get_style_color_vec4(imgui.Col_.button)
+        )
+        imgui.push_style_color(
+            imgui.Col_.text,
+            imgui.ImVec4(0.05, 0.06, 0.07, 1.0) if chosen else imgui.get_style_color_vec4(imgui.Col_.text),
+        )
         if imgui.button(name, imgui.ImVec2(width, 0.0)):
             current = name
         imgui.pop_style_color(2)
@@ -135,8 +141,11 @@ def _bar(colors: np.ndarray) -> None:
     width, height = imgui.get_content_region_avail().x, imgui.get_font_size()
     packed = [imgui.color_convert_float4_to_u32(imgui.ImVec4(float(r), float(g), float(b), 1.0)) for r, g, b in colors]
     step = width / (len(packed) - 1)
-    for i, (a, b) in enumerate(zip(packed, packed[1:], strict=False)):
-        low, high = imgui.ImVec2(corner.x + i * step, corner.y), imgui.ImVec2(corner.x + (i + 1) * step, corner.y + height)
+    for i, (a, b) in enumerate(pairwise(packed)):
+        low, high = (
+            imgui.ImVec2(corner.x + i * step, corner.y),
+            imgui.ImVec2(corner.x + (i + 1) * step, corner.y + height),
+        )
         drawing.add_rect_filled_multi_color(low, high, a, b, b, a)
     imgui.dummy(imgui.ImVec2(width, height))
 

@@ -1,4 +1,4 @@
-"""A window on the desktop and its events, by name: the only code that knows which windowing library there is (moderngl-window on pyglet)."""
+"""A window on the desktop and its events, by name: the only code that knows the library (moderngl-window on pyglet)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ def require_display() -> None:
     if sys.platform == "darwin":
         raise UserError("macOS stops at OpenGL 4.1 and has no compute shaders; use Linux or Windows", NO_GRAPHICS)
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
-        raise UserError("there is no display; use `hybrid-dof shot` to render a picture without one, or set DISPLAY", NO_GRAPHICS)
+        raise UserError(
+            "there is no display; use `hybrid-dof shot` to render a picture without one, or set DISPLAY", NO_GRAPHICS
+        )
 
 
 class Desktop:
@@ -48,9 +50,14 @@ class Desktop:
             from pyglet.window import key
 
             self._key = key
-            self._mglw: Any = Window(title=title, gl_version=divmod(REQUIRED // 10, 10), size=size, vsync=True, aspect_ratio=None)
+            self._mglw: Any = Window(
+                title=title, gl_version=divmod(REQUIRED // 10, 10), size=size, vsync=True, aspect_ratio=None
+            )
         except Exception as error:  # pyglet, Xlib and glcontext each raise their own kinds
-            raise UserError(f"no window with OpenGL 4.3 could be opened ({_reason(error)}); use `hybrid-dof shot` instead", NO_GRAPHICS) from error
+            raise UserError(
+                f"no window with OpenGL 4.3 could be opened ({_reason(error)}); use `hybrid-dof shot` instead",
+                NO_GRAPHICS,
+            ) from error
         self._mglw.exit_key = None
         self._mglw.fullscreen_key = None
         self._pyglet: Any = self._mglw._window
@@ -99,7 +106,7 @@ class Desktop:
 
     @property
     def density(self) -> float:
-        """How much larger than at 96 dots per inch text must be, in window units. Where the framebuffer is scaled, units already are."""
+        """How much larger than at 96 dots per inch text must be, in window units (which some desktops scale already)."""
         scaled = self.buffer_size[0] > self.size[0]
         return 1.0 if scaled else max(round(4.0 * self._pyglet.dpi / REFERENCE_DPI) / 4.0, 1.0)
 
@@ -136,7 +143,7 @@ class Desktop:
         self._mglw.swap_buffers()
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Ask for another size [window units]; the window manager may refuse, and takes effect when its event arrives."""
+        """Ask for another size [window units]; it holds when its event arrives, and the window manager may refuse."""
         self._mglw.size = size
 
     def quit(self) -> None:

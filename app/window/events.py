@@ -23,7 +23,7 @@ class Events:
     """Implements desktop.Listener. Positions are window units from the top left."""
 
     def __init__(self, desktop: Desktop, state: State, stage: Stage, panel: Panel, digest: Callable[[], None]) -> None:
-        """`digest` lets ImGui work through what it was given: its word on the next event would otherwise be a slow frame old."""
+        """`digest` lets ImGui work through what it was given: else its word on the next event is a slow frame old."""
         self._desktop, self._state, self._stage, self._panel, self._digest = desktop, state, stage, panel, digest
         self._ui = UiInput()
         self._pointer = self._pressed_at = (0.0, 0.0)

@@ -31,12 +31,18 @@ from .stage import Stage
 from .state import State
 from .status import StatusLog
 
-SETTLE_S = 0.2  # the picture is scaled until a new size has stood this long: drawing every step of a drag would stall it
+SETTLE_S = (
+    0.2  # the picture is scaled until a new size has stood this long: drawing every step of a drag would stall it
+)
 QUIET_S = 0.15  # after input, frames that only refine the picture wait this long, so that the panel answers at once
 PROGRESS_S = 0.1  # between two drawings of the progress bar: loading should load
 UI_REFRESH_S = 0.5  # between the figures of a resting window
 BACKGROUND = (0.05, 0.05, 0.05)
-CURSORS: dict[int, str] = {imgui.MouseCursor_.text_input: "text", imgui.MouseCursor_.resize_ew: "size_left_right", imgui.MouseCursor_.hand: "hand"}
+CURSORS: dict[int, str] = {
+    imgui.MouseCursor_.text_input: "text",
+    imgui.MouseCursor_.resize_ew: "size_left_right",
+    imgui.MouseCursor_.hand: "hand",
+}
 
 
 class _ClosedWhileLoading(Exception):
@@ -44,16 +50,24 @@ class _ClosedWhileLoading(Exception):
 
 
 def open_window(
-    scene: str, view: str, size: tuple[int, int], settings: Settings, viewpoint: Viewpoint | None, given: Mapping[str, Any], options: Namespace
+    scene: str,
+    view: str,
+    size: tuple[int, int],
+    settings: Settings,
+    viewpoint: Viewpoint | None,
+    given: Mapping[str, Any],
+    options: Namespace,
 ) -> int:
     """Show `scene` in a window until it is closed; returns the exit code.
 
-    `size` is the picture's; the panel stands beside it. `given` are settings that the user chose, which win over what a viewpoint brings.
-    `options` has `status` (file for JSON lines, or None) and `screenshots` (folder).
+    `size` is the picture's; the panel stands beside it. `given` are settings that the user chose, which win over what a
+    viewpoint brings. `options` has `status` (file for JSON lines, or None) and `screenshots` (folder).
     Raises UserError: no display (exit code 3), a bad scene or view (exit code 2).
     """
     if view not in VIEWS:
-        target_plan(view, settings, Facts(near_coc_px=10.0, far_coc_px=10.0))  # a misspelt view is refused before a window flashes up
+        target_plan(
+            view, settings, Facts(near_coc_px=10.0, far_coc_px=10.0)
+        )  # a misspelt view is refused before a window flashes up
     status = StatusLog(options.status)
     desktop = Desktop("hybrid-dof", (size[0] + math.ceil(first_width(1.0)), size[1]))
     try:
@@ -71,7 +85,9 @@ def open_window(
 class Window:
     """Owns ImGui, the stage and the loop over them."""
 
-    def __init__(self, desktop: Desktop, look: Look, given: Mapping[str, Any], screenshots: Path, status: StatusLog) -> None:
+    def __init__(
+        self, desktop: Desktop, look: Look, given: Mapping[str, Any], screenshots: Path, status: StatusLog
+    ) -> None:
         self._desktop, self._status = desktop, status
         imgui.create_context()
         imgui.get_io().set_ini_filename(_ini_file())
@@ -122,10 +138,11 @@ class Window:
             self._desktop.rest()
             return
         self._frame_ui()
-        self._log()
 
     def _draw_scene(self, begin: float) -> None:
         state = self._state
+        if not self._stage.costs():
+            self._show_progress("compiling shaders", 0.0)  # the first frame does; drivers give no progress
         try:
             self._stage.draw(state.look, state.camera, self._size)
             self._good_view = state.look.view
@@ -150,6 +167,7 @@ class Window:
         self._imgui.render(imgui.get_draw_data())
         self._desktop.set_title(self._title())
         self._desktop.set_cursor("size_left_right" if self._events.on_bar else CURSORS.get(imgui.get_mouse_cursor()))
+        self._log()
         self._desktop.swap()
 
     def _draw_panel(self) -> None:
@@ -174,7 +192,12 @@ class Window:
         if textures:
             x, y, width, height = self._panel.picture(self._desktop.size)
             scale = buffer[0] / max(self._desktop.size[0], 1)
-            rect = (round(x * scale), buffer[1] - round((y + height) * scale), round(width * scale), round(height * scale))
+            rect = (
+                round(x * scale),
+                buffer[1] - round((y + height) * scale),
+                round(width * scale),
+                round(height * scale),
+            )
             right = textures[1] if len(textures) > 1 and self._state.look.compare else None
             self._presenter.show(textures[0], right, self._state.look.bar, rect, self._desktop.screen)
 
@@ -198,6 +221,7 @@ class Window:
         return f"{views} - {name} - hybrid-dof" if name else "loading - hybrid-dof"
 
     def _log(self) -> None:
+        """Note what is about to be shown; events that arrive with the swap belong to the next frame."""
         costs = self._stage.costs()
         own = {
             "scene": self._stage.name,
@@ -228,14 +252,16 @@ class Window:
     def _on_progress(self, stage: str, fraction: float) -> None:
         """Keep the window alive while a scene loads; closing it ends that."""
         now = time.perf_counter()
-        if now - self._last_progress < PROGRESS_S:
-            return
-        self._last_progress, state = now, self._state
-        state.shown = replace(state.shown, loading=(stage, fraction))
+        if now - self._last_progress >= PROGRESS_S:
+            self._last_progress = now
+            self._show_progress(stage, fraction)
+            if self._desktop.closing:
+                raise _ClosedWhileLoading
+
+    def _show_progress(self, stage: str, fraction: float) -> None:
+        self._state.shown = replace(self._state.shown, loading=(stage, fraction))
         self._frame_ui()
-        state.shown = replace(state.shown, loading=None)
-        if self._desktop.closing:
-            raise _ClosedWhileLoading
+        self._state.shown = replace(self._state.shown, loading=None)
 
 
 def _ini_file() -> str:

@@ -1,4 +1,4 @@
-"""What keys and panel ask for and only the window can do: load, reload, save. A failure becomes a message, never the end."""
+"""What keys and panel ask for and only the window can do: load, reload, save. A failure becomes a message."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Requests:
             self._state.say(str(error))
 
     def load(self, name: str, viewpoint: Viewpoint | None = None) -> None:
-        """Load a scene and stand at `viewpoint`, else at the scene's first. Raises UserError; the old scene then stays."""
+        """Load a scene and stand at `viewpoint`, else at its first. Raises UserError; the old scene then stays."""
         state = self._state
         try:
             self._stage.load(name)

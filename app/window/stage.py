@@ -1,4 +1,4 @@
-"""The scene and the renderers behind the window's picture: what is drawn, when it may rest, and what lies under a pixel."""
+"""The scene and the renderers behind the window's picture: what is drawn, when it rests, what lies under a pixel."""
 
 from __future__ import annotations
 
@@ -54,7 +54,9 @@ class Side:
         return REST_STILL if plan and any(call.step.history or call.step.updates for call in plan.calls) else 1
 
     def cost(self) -> Cost:
-        return Cost(self.view, self.renderer.plan, tuple(self.renderer.timings), self.samples, self.limit, self.renderer.size)
+        return Cost(
+            self.view, self.renderer.plan, tuple(self.renderer.timings), self.samples, self.limit, self.renderer.size
+        )
 
 
 @dataclass
@@ -101,7 +103,7 @@ class Stage:
         return changed, any(side.samples < side.limit for side in self.sides)
 
     def draw(self, look: Look, camera: Camera, size: Size) -> None:
-        """Draw the next frame of each side that is not at rest. Raises UserError for a target that these settings do not produce."""
+        """Draw the next frame of each side that is not at rest. Raises UserError for a target that nothing writes."""
         views = _views(look)
         self._provide(len(views), size)
         for side, view in zip(self.sides, views, strict=True):
@@ -115,7 +117,7 @@ class Stage:
             side.drawn, side.view = key, view
 
     def depth_at(self, across: float, down: float, look: Look) -> float | None:
-        """Planar depth [m] at a fraction of the picture's width and height from the top left, or None where it shows the sky."""
+        """Planar depth [m] at a fraction of the picture's width and height from the top left; None in the sky."""
         side = self.sides[-1 if look.compare and across > look.bar else 0]
         width, height = side.renderer.size
         depth = side.renderer.depth_at(int(across * width), int(down * height))
@@ -130,7 +132,7 @@ class Stage:
         return left
 
     def fitted_range(self, look: Look) -> tuple[float, float] | None:
-        """Ends of the colour map that hold nearly all values of the first side that shows a target; None if none does."""
+        """Ends of the colour map that hold nearly all values of the first side that shows a target, if any."""
         for side in self.sides:
             if side.view in TARGETS and TARGETS[side.view].show in ("signed", "scalar", "vector"):
                 return value_range(side.renderer.read(side.view), TARGETS[side.view].show)

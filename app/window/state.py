@@ -21,7 +21,9 @@ class State:
 
     look: Look
     shown: Shown
-    given: Mapping[str, Any] = field(default_factory=dict)  # settings chosen as options: they win over the first viewpoint's
+    given: Mapping[str, Any] = field(
+        default_factory=dict
+    )  # settings chosen as options: they win over the first viewpoint's
     camera: Camera = field(default_factory=Camera)
     pilot: Pilot = field(default_factory=Pilot)
     requests: list[Request] = field(default_factory=list)

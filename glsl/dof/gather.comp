@@ -9,6 +9,7 @@
 #include "shared/frame.glsl"
 #include "lib/kernel.glsl"
 #include "dof/layers.glsl"
+#include "dof/spacing.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;  // 8x8 half-res texels are one tile: what is read from the tile is uniform
 uniform sampler2D in_prefiltered;
@@ -20,15 +21,16 @@ uniform sampler2D in_half_specular;
 layout(r16f) uniform writeonly image2D out_near_specular;
 #endif
 
-const int MOST_TAPS = 1 + 4 * RINGS * (RINGS + 1);
-shared vec2 taps[MOST_TAPS];  // points of the aperture
+shared vec2 taps[KERNEL_TAPS];  // points of the aperture
 ivec2 last;                   // index of the last texel
 
 // Drawing at half resolution is itself a blur: the 2x2 mean and the nearest texel of a tap add a variance of 1/3 px^2 each, bilinear
-// upsampling 2/3. A disc of radius r has r^2 / 4, so the kernel shrinks by as much as makes the picture's blur that of the CoC.
+// upsampling 2/3, and the prefilter's disc of radius r adds r^2 / 4. The splat's disc shrinks until the sum is the variance of the CoC's disc,
+// but to no less than half its radius. Squared radius [px^2].
 const float HALF_RES_VARIANCE_PX2 = 4.0 / 3.0;
-float kernel_px(float radius) {
-    return sqrt(max(radius * radius - 4.0 * HALF_RES_VARIANCE_PX2, 0.25 * radius * radius));
+float splat_px2(float radius) {
+    float prefilter = prefilter_px(radius), square = radius * radius;
+    return max(square - 4.0 * HALF_RES_VARIANCE_PX2 - prefilter * prefilter, 0.25 * square);
 }
 
 // Fills `taps` for a kernel of n rings; the whole work group calls it.
@@ -54,22 +56,22 @@ struct Near {
 Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
     vec4 fore = vec4(0.0), middle = vec4(0.0), behind = vec4(0.0);
     vec2 specular = vec2(0.0);
-    float radius = -nearest, reach_half = 0.5 * kernel_px(radius);
+    float radius = sqrt(splat_px2(nearest));
     for (int k = 0; k <= n; k++) {
         float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
-        int first = k == 0 ? 0 : first_tap(k), count = k == 0 ? 1 : ring_taps(k);
+        int first = first_tap(k), count = ring_taps(k);
         // What a near surface hides is best guessed from what shows closest by: a weight that falls steeply, and so faint that
         // it counts only where no sample's own blur reaches.
         float guess = 1e-3 / (float(k * k * k * k) + 1.0);
         for (int i = first; i < first + count; i++) {
-            ivec2 there = tap_texel(texel, i, reach_half);
+            ivec2 there = tap_texel(texel, i, 0.5 * radius);
             vec4 tap = texelFetch(in_prefiltered, there, 0);
             float share = near_layer_share(tap.a), front = fore_share(tap.a, nearest, frame.layer_fade_px);
-            float light = share * ring_light(inner * inner, outer * outer, silhouette_px(own.a, tap.a), frame.lens_aberration) / float(count);
+            float light = share * ring_light(inner * inner, outer * outer, splat_px2(silhouette_px(own.a, tap.a)), frame.lens_aberration) / float(count);
             vec4 color = vec4(tap.rgb, 1.0);
             fore += light * front * color;
             middle += light * (1.0 - front) * color;
-            float blur = ring_light(inner * inner, outer * outer, abs(tap.a), frame.lens_aberration) / float(count);
+            float blur = ring_light(inner * inner, outer * outer, splat_px2(tap.a), frame.lens_aberration) / float(count);
             behind += (1.0 - share) * (blur + guess) * color;
 #if HAS_NEAR_SPECULAR
             specular += light * vec2(front, 1.0 - front) * texelFetch(in_half_specular, there, 0).r;
@@ -84,13 +86,13 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
 // The picture behind the near layer at a texel behind focus: every sample within its own blur.
 vec4 gather_far(ivec2 texel, vec4 own, int n) {
     vec4 sum = vec4(0.0);
-    float reach_half = -0.5 * kernel_px(own.a);
+    float radius = sqrt(splat_px2(own.a));
     for (int k = 0; k <= n; k++) {
-        float inner = k == 0 ? 0.0 : own.a * ring_rim(k - 1, n), outer = own.a * ring_rim(k, n);
-        int first = k == 0 ? 0 : first_tap(k), count = k == 0 ? 1 : ring_taps(k);
+        float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
+        int first = first_tap(k), count = ring_taps(k);
         for (int i = first; i < first + count; i++) {
-            vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, i, reach_half), 0);
-            float light = ring_light(inner * inner, outer * outer, silhouette_px(own.a, tap.a), frame.lens_aberration) / float(count);
+            vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, i, -0.5 * radius), 0);
+            float light = ring_light(inner * inner, outer * outer, splat_px2(silhouette_px(own.a, tap.a)), frame.lens_aberration) / float(count);
             sum += (1.0 - near_layer_share(tap.a)) * light * vec4(tap.rgb, 1.0);
         }
     }

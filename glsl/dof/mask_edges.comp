@@ -1,19 +1,20 @@
 // Finds the edges past which the lens may see more than the raster image holds.
-// Reads: normal (world, octahedral; w: 1 on a surface), coc (signed radius, px), full resolution; tiles_dilated (px).
-// Writes: mask_edges (x: response 0..1, 0 below the threshold; y: reach of the edge's near blur, half-res px, 0 if nothing near), half resolution.
+// Reads: normal (world, octahedral; w: 1 on a surface), coc (signed radius, px), full resolution; tiles (x: most negative CoC, px).
+// Writes: mask_edges (x: response 0..1, 0 below the threshold; y: reach of the edge's near blur, half-res px, 0 if nothing near), half resolution;
+//   mask_tiles (largest reach in the tile, half-res px; one texel per 8x8 half-res px).
 // Method: poster (Tan et al. 2020), 2.1: a Gaussian on the G-buffer, then a 5x5 Sobel kernel on normal and depth. Depth is measured in CoC px, in
 // which an edge matters by how far its blur moves, whatever the scene's scale; the surface's own slope is taken off. One work group smooths in
 // shared memory.
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
 #include "lib/octahedral.glsl"
-#include "dof/mask_tiles.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_normal;
 uniform sampler2D in_coc;
-uniform sampler2D in_tiles_dilated;
+uniform sampler2D in_tiles;
 layout(rg16f) uniform writeonly image2D out_mask_edges;
+layout(r32f) uniform writeonly image2D out_mask_tiles;
 
 const int SOBEL = 2;     // radius of the Sobel kernel, half-res px
 const int GAUSS = 3;     // of the Gaussian: two standard deviations of its largest setting, 3 px = 1.5 half-res px
@@ -28,11 +29,12 @@ shared vec4 loaded[LOADED * LOADED];     // xyz: normal, w: CoC, means over 2x2 
 shared vec4 rows[SMOOTH * LOADED];       // after the horizontal Gaussian
 shared vec4 smoothed[SMOOTH * SMOOTH];   // after both
 shared float nearest[LOADED * LOADED];   // most negative CoC of the 2x2 px
+shared uint tile_reach;                  // bits of the largest reach: positive floats are ordered as their bits are
 
-void load(int slot, ivec2 corner) {
-    ivec2 block = clamp(corner + ivec2(slot % LOADED, slot / LOADED), ivec2(0), (textureSize(in_coc, 0) - 1) / 2);
+// Mean normal and CoC of the 2x2 px of a block within the picture, and their most negative CoC.
+vec4 block_mean(ivec2 block, out float lowest) {
     vec4 sum = vec4(0.0);
-    float lowest = 1e30;
+    lowest = 1e30;
     for (int i = 0; i < 4; i++) {
         ivec2 pixel = min(2 * block + ivec2(i & 1, i >> 1), textureSize(in_coc, 0) - 1);
         vec4 normal = texelFetch(in_normal, pixel, 0);
@@ -40,8 +42,17 @@ void load(int slot, ivec2 corner) {
         sum += vec4(normal.w * octahedral_decode(normal.xy), coc);
         lowest = min(lowest, coc);
     }
-    loaded[slot] = 0.25 * sum;
-    nearest[slot] = lowest;
+    return 0.25 * sum;
+}
+
+// Beyond the picture the CoC goes on as steeply as it came (mirrored in the edge's value), so that a slanted plane ends without an edge.
+void load(int slot, ivec2 corner) {
+    ivec2 last = (textureSize(in_coc, 0) - 1) / 2, block = corner + ivec2(slot % LOADED, slot / LOADED), within = clamp(block, ivec2(0), last);
+    loaded[slot] = block_mean(within, nearest[slot]);
+    if (block != within) {
+        float unused;
+        loaded[slot].w = 2.0 * loaded[slot].w - block_mean(clamp(2 * within - block, ivec2(0), last), unused).w;
+    }
 }
 
 // Weights of the Gaussian, its standard deviation in half-res px, normalised.
@@ -83,27 +94,24 @@ vec4 sobel(int center, int along, int across) {
     return sum / RAMP;
 }
 
-// CoC change per half-res px that the surface at the block has by itself, along one axis.
+// CoC change per half-res px that the surface at the block has by itself, along one axis; all four pixels within the picture.
 float slope(ivec2 block, ivec2 axis) {
     float c[4];
-    for (int i = 0; i < 4; i++) c[i] = texelFetch(in_coc, clamp(2 * block + (i - 1) * axis, ivec2(0), textureSize(in_coc, 0) - 1), 0).r;
+    ivec2 last = textureSize(in_coc, 0) - 1, first = clamp(2 * block - axis, ivec2(0), max(last - 3 * axis, ivec2(0)));
+    for (int i = 0; i < 4; i++) c[i] = texelFetch(in_coc, min(first + i * axis, last), 0).r;
     return 2.0 * own_slope(vec3(c[1] - c[0], c[2] - c[1], c[3] - c[2]));
 }
 
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy), local = ivec2(gl_LocalInvocationID.xy);
-    bool inside = all(lessThan(p, imageSize(out_mask_edges)));
-    if (tile_near_coc(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)) >= -RAYS_BEGIN_PX) {  // the same for the whole group
-        if (inside) imageStore(out_mask_edges, p, vec4(0.0));
-        return;
-    }
-    int lane = int(gl_LocalInvocationIndex);
-    ivec2 corner = 8 * ivec2(gl_WorkGroupID.xy) - (SOBEL + GAUSS);
-    for (int slot = lane; slot < LOADED * LOADED; slot += 64) load(slot, corner);
-    place_weights(0.5 * frame.mask_smoothing);
-    barrier();
-    smooth_block(lane);
-    if (!inside) return;
+// The most negative CoC [px] in the tiles that the work group loads from.
+float nearest_around() {
+    ivec2 last = textureSize(in_tiles, 0) - 1;
+    float lowest = 0.0;
+    for (int i = 0; i < 9; i++) lowest = min(lowest, texelFetch(in_tiles, clamp(ivec2(gl_WorkGroupID.xy) + ivec2(i % 3, i / 3) - 1, ivec2(0), last), 0).x);
+    return lowest;
+}
+
+// Response and reach of the pixel as an edge; zero if it is none.
+vec2 edge_at(ivec2 p, ivec2 local) {
     int center = (local.y + SOBEL) * SMOOTH + local.x + SOBEL;
     vec4 dx = sobel(center, 1, SMOOTH), dy = sobel(center, SMOOTH, 1);
     float dn = sqrt(dot(dx.xyz, dx.xyz) + dot(dy.xyz, dy.xyz));
@@ -112,7 +120,27 @@ void main() {
     // A line one pixel wide has its gradient beside it: an edge takes the nearest surface among its neighbours.
     float coc = 0.0;
     for (int i = 0; i < 9; i++) coc = min(coc, nearest[(local.y + SOBEL + GAUSS + i / 3 - 1) * LOADED + local.x + SOBEL + GAUSS + i % 3 - 1]);
-    float reach = edge_reach_half(max(coc, -frame.max_coc_px));
-    bool is_edge = response >= frame.mask_threshold && response > 0.0 && reach > 0.0;
-    imageStore(out_mask_edges, p, is_edge ? vec4(response, reach, 0.0, 0.0) : vec4(0.0));
+    float reach = edge_reach_half(coc);
+    return response >= frame.mask_threshold && response > 0.0 && reach > 0.0 ? vec2(response, reach) : vec2(0.0);
+}
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    bool inside = all(lessThan(p, imageSize(out_mask_edges)));
+    uint lane = gl_LocalInvocationIndex;
+    if (lane == 0u) tile_reach = 0u;
+    vec2 edge = vec2(0.0);
+    if (nearest_around() < -RAYS_BEGIN_PX) {  // the same for the whole group
+        ivec2 corner = 8 * ivec2(gl_WorkGroupID.xy) - (SOBEL + GAUSS);
+        for (int slot = int(lane); slot < LOADED * LOADED; slot += 64) load(slot, corner);
+        place_weights(0.5 * frame.mask_smoothing);
+        barrier();
+        smooth_block(int(lane));
+        if (inside) edge = edge_at(p, ivec2(gl_LocalInvocationID.xy));
+        // What is stored is what the tile must cover, so round as the float16 target does.
+        if (edge.y > 0.0) atomicMax(tile_reach, floatBitsToUint(unpackHalf2x16(packHalf2x16(edge)).y));
+        barrier();
+    }
+    if (inside) imageStore(out_mask_edges, p, vec4(edge, 0.0, 0.0));
+    if (lane == 0u) imageStore(out_mask_tiles, ivec2(gl_WorkGroupID.xy), vec4(uintBitsToFloat(tile_reach)));
 }

@@ -5,6 +5,7 @@
 // would do nothing but round off small bokeh.
 #include "shared/frame.glsl"
 #include "lib/median.glsl"
+#include "dof/spacing.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_near_gather;
@@ -13,13 +14,12 @@ uniform sampler2D in_tiles_dilated;
 layout(rgba16f) uniform writeonly image2D out_near_blur;
 layout(rgba16f) uniform writeonly image2D out_far_blur;
 
-// Ring spacing in texels above which the prefilter alone leaves taps visible. Below, a bokeh disc is so small that its rim, which the median
-// wears down, holds too much of its light: 4 % of a point's light lost at 2 texels, 2 % at 2.5.
-const float NOISY_SPACING = 2.5;
+// Ring spacing above which the prefilter alone leaves taps visible. Below, a bokeh disc is so small that its rim, which the median
+// wears down, holds too much of its light: 4 % of a point's light would be lost at 4 px.
+const float NOISY_SPACING_PX = 5.0;
 
 vec4 filtered(sampler2D source, ivec2 texel, float radius, ivec2 last) {
-    float spacing_half = 0.5 * radius / (float(RINGS) + 0.5);
-    if (MEDIAN == 0 || spacing_half <= NOISY_SPACING) return texelFetch(source, texel, 0);
+    if (MEDIAN == 0 || ring_spacing(radius) <= NOISY_SPACING_PX) return texelFetch(source, texel, 0);
     vec4 v[9];
     for (int i = 0; i < 9; i++) v[i] = texelFetch(source, clamp(texel + ivec2(i % 3, i / 3) - 1, ivec2(0), last), 0);
     return median9(v);

@@ -1,6 +1,7 @@
 // History resampling and clipping. Float64 twins: tests/gpu/shading_twin.py.
 
-// Catmull-Rom weights of the four texels around fraction f, the middle two merged into one bilinear fetch at offset12 from the base texel.
+// Catmull-Rom weights of the four texels around fraction f, the middle two merged into one bilinear fetch at offset12
+// from the base texel.
 void catmull_rom_weights(vec2 f, out vec2 w0, out vec2 w12, out vec2 w3, out vec2 offset12) {
     w0 = f * (-0.5 + f * (1.0 - 0.5 * f));
     vec2 w1 = 1.0 + f * f * (-2.5 + 1.5 * f);

@@ -1,11 +1,14 @@
 // Colour arithmetic. Float64 twins: tests/gpu/shading_twin.py.
 
+const float LARGEST_RADIANCE = 6e4;  // just inside float16, which most radiance targets hold
+
 // Relative luminance of linear sRGB primaries (Rec. ITU-R BT.709-6).
 float luminance(vec3 rgb) {
     return dot(rgb, vec3(0.2126, 0.7152, 0.0722));
 }
 
-// Luma and two chroma differences: axes along which neighbouring colours spread most and least (Malvar and Sullivan 2003).
+// Luma and two chroma differences: axes along which neighbouring colours spread most and least (Malvar and Sullivan
+// 2003).
 vec3 ycocg_from_rgb(vec3 c) {
     return vec3(dot(c, vec3(0.25, 0.5, 0.25)), 0.5 * (c.r - c.b), dot(c, vec3(-0.25, 0.5, -0.25)));
 }
@@ -14,7 +17,8 @@ vec3 rgb_from_ycocg(vec3 c) {
     return vec3(c.x + c.y - c.z, c.x + c.z, c.x - c.y - c.z);
 }
 
-// True for a colour that an average can take in. Decided on the bits: compilers turn comparisons round as if there were no NaN.
+// True for a colour that an average can take in. Decided on the bits: compilers turn comparisons round as if there
+// were no NaN.
 bool is_usable(vec3 c) {
     const uint LIMIT = 0x7149f2cau;  // 1e30, far above any radiance
     uvec3 magnitude = floatBitsToUint(c) & 0x7fffffffu;

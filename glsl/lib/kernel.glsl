@@ -1,5 +1,5 @@
 // The gather kernel: a centre tap and rings of 8, 16, 24, ... taps, each tap standing for the same area of the aperture (Jimenez 2014).
-// Float64 twins: app/dof_math.py.
+// Float64 twins: tests/gpu/post_twin.py.
 #include "lib/lens.glsl"
 
 const float GOLDEN = 0.618033989;   // turns of the golden angle: successive rotations never repeat
@@ -15,12 +15,10 @@ float ring_rim(int k, int n) {
     return (float(k) + 0.5) / (float(n) + 0.5);
 }
 
-// Taps of ring k >= 1, and of all rings up to and including n with the centre.
-int ring_taps(int k) { return 8 * k; }
-int kernel_taps(int n) { return 1 + 4 * n * (n + 1); }
-
-// Index of the first tap of ring k >= 1.
-int first_tap(int k) { return 1 + 4 * k * (k - 1); }
+// Taps of ring k; of a kernel of n rings; and the index of ring k's first. 1 + 8 + 16 + ... are the odd squares.
+int ring_taps(int k) { return k == 0 ? 1 : 8 * k; }
+int kernel_taps(int n) { return (2 * n + 1) * (2 * n + 1); }
+int first_tap(int k) { return k == 0 ? 0 : kernel_taps(k - 1); }
 
 // Point of the aperture (unit half diameter) at `turn` of the way round and enclosed-area fraction `area`, uniform by area in both.
 vec2 aperture_point(float turn, float area, int blades, float rotation, float anamorphic) {
@@ -33,11 +31,9 @@ vec2 aperture_point(float turn, float area, int blades, float rotation, float an
 // within their own area, so that the mean over frames fills the aperture evenly.
 vec2 kernel_tap(int index, int n, uint index_of_frame, int blades, float rotation, float anamorphic) {
     if (index == 0) return vec2(0.0);
-    int k = int(floor((1.0 + sqrt(float(index))) * 0.5));
-    if (index < first_tap(k)) k--;
-    if (index >= first_tap(k + 1)) k++;
+    int k = int((1.0 + sqrt(float(index) + 0.5)) * 0.5);  // index lies between the squares of 2k - 1 and 2k + 1; + 0.5: clear of rounding
     float frame = float(index_of_frame & 1023u);  // exact in float, and fract() of its multiples keeps its bits
-    float turn = (float(index - first_tap(k)) + fract(float(k) * GOLDEN + frame * GOLDEN)) / float(ring_taps(k));
+    float turn = (float(index - first_tap(k)) + fract(float(k) * GOLDEN + frame * PLASTIC)) / float(ring_taps(k));
     float inner = ring_rim(k - 1, n), outer = ring_rim(k, n);
-    return aperture_point(turn, mix(inner * inner, outer * outer, fract(0.5 + frame * PLASTIC)), blades, rotation, anamorphic);
+    return aperture_point(turn, mix(inner * inner, outer * outer, fract(0.5 + frame * GOLDEN)), blades, rotation, anamorphic);
 }

@@ -1,4 +1,4 @@
-// Median of nine values per channel. Float64 twin: app/dof_math.py.
+// Median of nine values per channel. Float64 twin: tests/gpu/post_twin.py.
 
 void order(inout vec4 a, inout vec4 b) {
     vec4 low = min(a, b);

@@ -1,4 +1,5 @@
-// Unit vectors in two numbers: the octahedral map (Meyer et al. 2010; Cigolle et al. 2014, "A survey of efficient representations
+// Unit vectors in two numbers: the octahedral map (Meyer et al. 2010; Cigolle et al. 2014, "A survey of efficient
+// representations
 // for independent unit vectors", JCGT 3:2). Float64 twin: app/gpu/octahedral.py.
 
 vec2 sign_not_zero(vec2 v) {
@@ -14,7 +15,7 @@ vec2 octahedral_encode(vec3 n) {
 // Square -1..1 to unit vector.
 vec3 octahedral_decode(vec2 p) {
     vec3 n = vec3(p, 1.0 - abs(p.x) - abs(p.y));
-    float fold = max(-n.z, 0.0);  // how far below the horizon: mirrored back over the diagonal (Narkowicz's form, no branch)
+    float fold = max(-n.z, 0.0);  // how far below the horizon: folded back over the diagonal, without a branch
     n.xy -= sign_not_zero(p) * fold;
     return normalize(n);
 }

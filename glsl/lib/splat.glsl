@@ -1,8 +1,8 @@
 // What one sample of the image adds to its neighbours: the splat of its circle of confusion, cut into the rings of a gather kernel, and the
-// split of samples into layers. Float64 twins: app/dof_math.py. Radii and CoC in full-res px; a "gauge" is a distance measured by the aperture.
+// split of samples into layers. Float64 twins: tests/gpu/post_twin.py. Radii and CoC in full-res px; a "gauge" is a distance measured by the aperture.
 
 const float MAX_RADIANCE = 6.0e4;  // below the largest float16 (65504), so that sums of products with weights <= 1 stay finite
-const float SMALLEST_SPLAT_PX = 1e-3;  // radius below which a splat lies within the centre tap anyway: only keeps the division finite
+const float SMALLEST_SPLAT_PX2 = 1e-6;  // squared radius below which a splat lies within the centre tap anyway: only keeps the division finite
 
 // Radiance that filters may meet: NaN and negative become 0, infinite becomes the largest that float16 targets carry.
 vec4 finite_radiance(vec4 c) {
@@ -27,10 +27,10 @@ float enclosed_light(float t, float aberration) {
     return t * (1.0 - aberration + aberration * t);
 }
 
-// Share of the light of a splat of `radius` between the gauges whose squares are inner2 and outer2. The shares of adjoining rings add to 1
+// Share of the light of a splat between the gauges whose squares are inner2 and outer2; radius2 is the square of its radius. The shares of adjoining rings add to 1
 // exactly, so that a surface of constant CoC is covered exactly whatever the kernel's radius: no noise, no darkening, no see-through interior.
-float ring_light(float inner2, float outer2, float radius, float aberration) {
-    float inverse2 = 1.0 / max(radius * radius, SMALLEST_SPLAT_PX * SMALLEST_SPLAT_PX);
+float ring_light(float inner2, float outer2, float radius2, float aberration) {
+    float inverse2 = 1.0 / max(radius2, SMALLEST_SPLAT_PX2);
     return enclosed_light(outer2 * inverse2, aberration) - enclosed_light(inner2 * inverse2, aberration);
 }
 

@@ -1,4 +1,4 @@
-// How far a tile's circles of confusion reach, in tiles. Float64 twin: app/dof_math.py.
+// How far a tile's circles of confusion reach, in tiles. Float64 twin: tests/gpu/post_twin.py.
 #include "lib/coc.glsl"
 
 const float TILE_PX = 16.0;

@@ -1,9 +1,12 @@
 // Averages a view's picture over frames: everything while the camera is still, what can be followed while it moves.
-// Reads (full resolution): in_color (linear radiance, aliased, jittered), in_motion (px) while something moves, prev_resolved (linear
+// Reads (full resolution): in_color (linear radiance, aliased, jittered), in_motion (px) while something moves,
+//         prev_resolved (linear
 //        radiance; a: frames averaged so far).
 // Writes (full resolution): out_resolved (the same).
-// Method: temporal anti-aliasing (Yang, Liu and Salvi 2020, sections 3 and 4): running mean; history fetched along motion with Catmull-Rom
-//         weights, since bilinear fetches blur a little more every frame, and clipped to the neighbourhood's mean and deviation (Salvi 2016).
+// Method: temporal anti-aliasing (Yang, Liu and Salvi 2020, sections 3 and 4): running mean; history fetched along
+//         motion with Catmull-Rom
+//         weights, since bilinear fetches blur a little more every frame, and clipped to the neighbourhood's mean and
+//         deviation (Salvi 2016).
 #include "shared/frame.glsl"
 #include "lib/color.glsl"
 #include "lib/catmull_rom.glsl"
@@ -17,11 +20,10 @@ uniform sampler2D in_motion;
 layout(rgba32f) writeonly uniform image2D out_resolved;
 
 const float CLIP_DEVIATIONS = 1.25;  // Salvi's gamma: 1 flickers on thin detail, 2 lets ghosts through
-const float MAX_RADIANCE = 6e4;      // what float16 inputs hold; a NaN or infinity from one frame must not stay in the mean
 
 vec3 color_at(ivec2 pixel) {
     vec3 color = texelFetch(in_color, clamp(pixel, ivec2(0), ivec2(frame.size_px) - 1), 0).rgb;
-    return is_usable(color) ? clamp(color, -MAX_RADIANCE, MAX_RADIANCE) : vec3(0.0);
+    return is_usable(color) ? clamp(color, -LARGEST_RADIANCE, LARGEST_RADIANCE) : vec3(0.0);
 }
 
 #if HAS_MOTION
@@ -46,7 +48,9 @@ vec4 history_at(vec2 position_px) {
     vec2 f = position_px - base;
     vec2 w0, w12, w3, offset12;
     catmull_rom_weights(f, w0, w12, w3, offset12);
-    vec2 p0 = (base - 1.0) * frame.inverse_size, p12 = (base + offset12) * frame.inverse_size, p3 = (base + 2.0) * frame.inverse_size;
+    vec2 p0 = (base - 1.0) * frame.inverse_size;
+    vec2 p12 = (base + offset12) * frame.inverse_size;
+    vec2 p3 = (base + 2.0) * frame.inverse_size;
     vec4 sum = textureLod(prev_resolved, p0, 0.0) * (w0.x * w0.y)
              + textureLod(prev_resolved, vec2(p12.x, p0.y), 0.0) * (w12.x * w0.y)
              + textureLod(prev_resolved, vec2(p3.x, p0.y), 0.0) * (w3.x * w0.y)

@@ -1,9 +1,12 @@
 // Writes what the nearest surface in each pixel is made of.
 // Reads: materials and textures of the scene.
-// Writes (full resolution): out_base_color (linear rgb, metallic), out_normal (octahedral xy, roughness, 1), out_depth (planar, m),
+// Writes (full resolution): out_base_color (linear rgb, metallic), out_normal (octahedral xy, roughness, 1),
+//         out_depth (planar, m),
 //         out_emissive (linear radiance) where the scene has any.
-// Method: deferred shading (Saito and Takahashi 1990); texture detail from the ratio of a triangle's area in uv and in space, taken here
-//         from screen derivatives: both are planar over the triangle, so the ratio is the constant that a ray computes from the vertices.
+// Method: deferred shading (Saito and Takahashi 1990); texture detail from the ratio of a triangle's area in uv and
+//         in space, taken here
+//         from screen derivatives: both are planar over the triangle, so the ratio is the constant that a ray
+//         computes from the vertices.
 #include "shared/primary.glsl"
 #include "shared/surface.glsl"
 
@@ -32,7 +35,7 @@ float uv_footprint(vec2 uv, float z) {
 }
 
 void main() {
-    float z = 1.0 / gl_FragCoord.w;  // clip w is the planar depth: one plane equation, more precise than an interpolated copy
+    float z = 1.0 / gl_FragCoord.w;  // clip w is the planar depth; an interpolated copy would round more
     vec2 uv = vec2(0.0);
     vec4 tangent = vec4(0.0);
     float footprint_uv = 0.0;

@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_depth;
 layout(rg16f) writeonly uniform image2D out_motion;
 
-const float OFF_SCREEN = 16384.0;  // px; farther than any image is wide, and float16 holds it: what was behind the last camera
+const float OFF_SCREEN = 16384.0;  // px, of what was behind the last camera: beyond any image, within float16
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

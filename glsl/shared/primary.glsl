@@ -1,13 +1,16 @@
-// Where the rasterised sample of a pixel lies: the pinhole's ray, or in the raster reference the ray from the frame's lens point through
+// Where the rasterised sample of a pixel lies: the pinhole's ray, or in the raster reference the ray from the frame's
+// lens point through
 // the point where the pinhole's ray meets the focal plane.
 #include "shared/frame.glsl"
 
 // The camera's slope (right, up per metre of planar depth) of the pinhole ray through a point of the image [px].
 vec2 pinhole_slope(vec2 image_px) {
-    return (2.0 * image_px * frame.inverse_size - 1.0) * frame.tan_half_fov_y * vec2(frame.size_px.x * frame.inverse_size.y, 1.0);
+    float aspect = frame.size_px.x * frame.inverse_size.y;
+    return (2.0 * image_px * frame.inverse_size - 1.0) * frame.tan_half_fov_y * vec2(aspect, 1.0);
 }
 
-// The same from this frame's lens point, in camera axes: through the focal plane's point slope * d, starting at the lens offset.
+// The same from this frame's lens point, in camera axes: through the focal plane's point slope * d, starting at the
+// lens offset.
 vec2 lens_offset() {
     return (frame.view * vec4(frame.lens_eye, 1.0)).xy;
 }

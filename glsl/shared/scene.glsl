@@ -28,14 +28,16 @@ uniform sampler2DArray scene_data_1;
 uniform sampler2DArray scene_data_2;
 #endif
 
-// Where to read a slot: uv wrapped into 0..1, the layer, and the explicit level of detail, so that uv seams need no derivatives.
+// Where to read a slot: uv wrapped into 0..1, the layer, and the explicit level of detail, so that uv seams need no
+// derivatives.
 struct Texel {
     vec3 at;
     float lod;
     uint size_class;
 };
 
-// Sampler state is `repeat`; the other modes are computed. Their coordinate stays half a texel of the coarser mip level inside, or the
+// Sampler state is `repeat`; the other modes are computed. Their coordinate stays half a texel of the coarser mip
+// level inside, or the
 // filter would reach round to the far edge.
 float wrap_coordinate(float x, uint mode, float half_texel) {
     if (mode == 0u) return x;

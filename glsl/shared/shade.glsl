@@ -1,6 +1,8 @@
 // What a surface sends towards the viewer: the one lighting model of raster image and ray hits.
-// Method: glTF metallic-roughness (glTF 2.0 appendix B), with light that bounces among microfacets kept and the diffuse base scaled by what
-//         they let through, so that no surface returns more than it receives and a white one returns all; suns, point and spot lights; a two-colour sky in closed form; shadow map with a 3x3 texel tent of four
+// Method: glTF metallic-roughness (glTF 2.0 appendix B), with light that bounces among microfacets kept and the
+//         diffuse base scaled by what
+//         they let through, so that no surface returns more than it receives and a white one returns all; suns, point
+//         and spot lights; a two-colour sky in closed form; shadow map with a 3x3 texel tent of four
 //         hardware-filtered taps (after Reeves, Salesin and Cook 1987) and an offset along the normal (Holbein 2011).
 #include "shared/frame.glsl"
 #include "shared/surface.glsl"
@@ -8,7 +10,6 @@
 #include "lib/color.glsl"
 
 const float DIELECTRIC_F0 = 0.04;   // index of refraction 1.5, glTF's default
-const float MAX_RADIANCE = 6e4;     // just inside float16, which the lit target holds
 
 // What the viewer sees where nothing is.
 vec3 sky_radiance(vec3 direction) {
@@ -74,9 +75,10 @@ Reflection reflect_sky(Shading p) {
 #if SHADOWS
 uniform sampler2DShadow scene_shadow;
 
-// Offset along the normal, in texels of the shadow map: what the 3x3 tent reaches on a surface at 45 degrees (1.5 texels diagonally).
+// Offset along the normal, in texels of the shadow map: what the 3x3 tent reaches on a surface at 45 degrees (1.5
+// texels diagonally).
 const float NORMAL_OFFSET_TEXELS = 2.2;
-const float DEPTH_BIAS_TEXELS = 0.5;  // towards the sun: half a texel of slope, which the offset along the normal does not cover head-on
+const float DEPTH_BIAS_TEXELS = 0.5;  // towards the sun, for surfaces that face it, where the offset above vanishes
 
 // Share of the sun's light that reaches a point, 0..1; outside the map nothing is in shadow.
 float sun_visibility(vec3 position, vec3 normal, vec3 light_dir) {
@@ -84,11 +86,13 @@ float sun_visibility(vec3 position, vec3 normal, vec3 light_dir) {
     vec3 row_x = vec3(frame.shadow_view_proj[0].x, frame.shadow_view_proj[1].x, frame.shadow_view_proj[2].x);
     float texel_m = 2.0 / (size * length(row_x));
     float n_l = clamp(dot(normal, light_dir), 0.0, 1.0);
-    vec3 lifted = position + texel_m * (normal * (NORMAL_OFFSET_TEXELS * sqrt(1.0 - n_l * n_l)) + light_dir * DEPTH_BIAS_TEXELS);
-    vec3 at = (frame.shadow_view_proj * vec4(lifted, 1.0)).xyz * 0.5 + 0.5;
+    vec3 lift = normal * (NORMAL_OFFSET_TEXELS * sqrt(1.0 - n_l * n_l)) + light_dir * DEPTH_BIAS_TEXELS;
+    vec3 at = (frame.shadow_view_proj * vec4(position + texel_m * lift, 1.0)).xyz * 0.5 + 0.5;
     float h = 0.5 / size;
-    return 0.25 * (textureLod(scene_shadow, at + vec3(-h, -h, 0.0), 0.0) + textureLod(scene_shadow, at + vec3(h, -h, 0.0), 0.0)
-                 + textureLod(scene_shadow, at + vec3(-h, h, 0.0), 0.0) + textureLod(scene_shadow, at + vec3(h, h, 0.0), 0.0));
+    return 0.25 * (textureLod(scene_shadow, at + vec3(-h, -h, 0.0), 0.0)
+                 + textureLod(scene_shadow, at + vec3(h, -h, 0.0), 0.0)
+                 + textureLod(scene_shadow, at + vec3(-h, h, 0.0), 0.0)
+                 + textureLod(scene_shadow, at + vec3(h, h, 0.0), 0.0));
 }
 #endif
 
@@ -102,7 +106,8 @@ vec3 irradiance_from(Light light, Shading p, vec3 position, out vec3 light_dir) 
         float distance_m = max(length(away), 1e-6);
         light_dir = away / distance_m;
         strength = distance_attenuation(distance_m, light.inverse_range);
-        if (light.kind == 2u) strength *= spot_attenuation(dot(-light_dir, light.direction), light.spot_scale, light.spot_offset);
+        float cosine = dot(-light_dir, light.direction);
+        if (light.kind == 2u) strength *= spot_attenuation(cosine, light.spot_scale, light.spot_offset);
     }
 #endif
 #if SHADOWS
@@ -112,7 +117,8 @@ vec3 irradiance_from(Light light, Shading p, vec3 position, out vec3 light_dir) 
 }
 #endif
 
-// Radiance towards the viewer (`view_dir`: unit, from the surface to the viewer); a: luminance of the specular part. Unlit: the base colour
+// Radiance towards the viewer (`view_dir`: unit, from the surface to the viewer); a: luminance of the specular part.
+// Unlit: the base colour
 // and what the surface emits.
 vec4 shade(Surface s, vec3 view_dir) {
 #if LIT
@@ -127,9 +133,9 @@ vec4 shade(Surface s, vec3 view_dir) {
         sum.specular += irradiance * r.specular;
     }
 #endif
-    vec3 specular = min(sum.specular, MAX_RADIANCE);
-    return vec4(min(sum.diffuse + specular + s.emissive, MAX_RADIANCE), luminance(specular));
+    vec3 specular = min(sum.specular, LARGEST_RADIANCE);
+    return vec4(min(sum.diffuse + specular + s.emissive, LARGEST_RADIANCE), luminance(specular));
 #else
-    return vec4(min(s.base_color + s.emissive, MAX_RADIANCE), 0.0);
+    return vec4(min(s.base_color + s.emissive, LARGEST_RADIANCE), 0.0);
 #endif
 }

@@ -1,5 +1,6 @@
 // What a point of the scene is made of: the one reading of materials and textures that raster and rays share.
-// Level of detail, one rule for both: footprint_uv = sqrt(uv area / world area of the triangle) * planar depth * 2 tan(fov/2) / H,
+// Level of detail, one rule for both: footprint_uv = sqrt(uv area / world area of the triangle) * planar depth * 2
+// tan(fov/2) / H,
 // isotropic; times the texture's size it is the pixel in texels.
 #include "shared/scene.glsl"
 #include "lib/octahedral.glsl"
@@ -47,7 +48,8 @@ vec3 normal_at(uint material, float side, vec3 normal, vec4 tangent, vec2 uv, fl
 #if NORMAL_MAPPED
     uint slot = materials[material].textures.z;
     if (slot != NO_TEXTURE) {
-        Texel texel = texel_of(slot, materials[material].uv_normal_u, materials[material].uv_normal_v, uv, footprint_uv);
+        vec4 row_u = materials[material].uv_normal_u, row_v = materials[material].uv_normal_v;
+        Texel texel = texel_of(slot, row_u, row_v, uv, footprint_uv);
         vec3 bump = 2.0 * read_data(texel).xyz - 1.0;
         bump.xy *= materials[material].normal_scale;
         vec3 t = tangent.xyz - n * dot(n, tangent.xyz);
@@ -63,7 +65,10 @@ vec3 emissive_at(uint material, vec2 uv, float footprint_uv) {
     vec3 radiance = materials[material].emissive;
 #if TEXTURED
     uint slot = materials[material].textures.w;
-    if (slot != NO_TEXTURE) radiance *= read_color(texel_of(slot, materials[material].uv_emissive_u, materials[material].uv_emissive_v, uv, footprint_uv)).rgb;
+    if (slot != NO_TEXTURE) {
+        vec4 row_u = materials[material].uv_emissive_u, row_v = materials[material].uv_emissive_v;
+        radiance *= read_color(texel_of(slot, row_u, row_v, uv, footprint_uv)).rgb;
+    }
 #endif
     return radiance;
 #else
@@ -76,13 +81,17 @@ vec2 metallic_roughness_at(uint material, vec2 uv, float footprint_uv) {
     vec2 value = vec2(materials[material].metallic, materials[material].roughness);
 #if TEXTURED && LIT
     uint slot = materials[material].textures.y;
-    if (slot != NO_TEXTURE) value *= read_data(texel_of(slot, materials[material].uv_surface_u, materials[material].uv_surface_v, uv, footprint_uv)).bg;
+    if (slot != NO_TEXTURE) {
+        vec4 row_u = materials[material].uv_surface_u, row_v = materials[material].uv_surface_v;
+        value *= read_data(texel_of(slot, row_u, row_v, uv, footprint_uv)).bg;
+    }
 #endif
     return value;
 }
 
 // The surface whose base colour is already known (the alpha test reads it first).
-Surface surface_of(vec3 base_color, uint material, vec3 position, float side, vec3 normal, vec4 tangent, vec2 uv, float footprint_uv) {
+Surface surface_of(
+    vec3 base_color, uint material, vec3 position, float side, vec3 normal, vec4 tangent, vec2 uv, float footprint_uv) {
     vec2 metallic_roughness = metallic_roughness_at(material, uv, footprint_uv);
     return Surface(
         position, normal_at(material, side, normal, tangent, uv, footprint_uv), base_color,
@@ -90,5 +99,6 @@ Surface surface_of(vec3 base_color, uint material, vec3 position, float side, ve
 }
 
 Surface surface_at(uint material, vec3 position, float side, vec3 normal, vec4 tangent, vec2 uv, float footprint_uv) {
-    return surface_of(base_color_at(material, uv, footprint_uv).rgb, material, position, side, normal, tangent, uv, footprint_uv);
+    vec3 base_color = base_color_at(material, uv, footprint_uv).rgb;
+    return surface_of(base_color, material, position, side, normal, tangent, uv, footprint_uv);
 }

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from app.camera import look_at
 from app.optics import SKY_DEPTH, coc_px, coc_scale_px
-from app.scene.facts import MAX_NEAR_PLANE, Facts, SceneFacts, depth_range, frame_facts, near_plane, scene_facts
+from app.scene.facts import MAX_NEAR_PLANE, NEAR_SHARE, Facts, SceneFacts, depth_range, frame_facts, near_plane, scene_facts
 from app.scene.model import Instance, Light, Material, Mesh, Scene, TextureSlot
 from app.settings import Lens
 from hypothesis import assume, given
@@ -68,7 +68,7 @@ def test_bounds_are_not_idle(a: Vec3, b: Vec3, eye: Vec3, target: Vec3, lens: Le
 def test_the_near_plane_suits_helmets_and_halls(diagonal: float) -> None:
     near = near_plane(np.zeros(3), np.array([diagonal, 0.0, 0.0]))
     assert 0.0 < near <= MAX_NEAR_PLANE
-    assert near <= max(1e-3 * diagonal, 1e-9) * (1 + 1e-12)
+    assert near <= max(NEAR_SHARE * diagonal, 1e-9)
 
 
 def scene(material: Material, lights: tuple[Light, ...] = (), spare: tuple[Material, ...] = ()) -> Scene:

@@ -105,6 +105,7 @@ def mask_gradient(normal: Array, coc: Array, smoothing_px: float) -> Array:
     gauss /= gauss.sum()
     reach = _GAUSS + 2
     padded = np.pad(guide, ((reach, reach), (reach, reach), (0, 0)), mode="edge")
+    padded[..., 3] = np.pad(guide[..., 3], reach, mode="reflect", reflect_type="odd")
     smooth = correlate(correlate(padded, gauss, 1), gauss, 0)
     dx = correlate(correlate(smooth, _DERIVATIVE, 1), _SMOOTHING, 0) / _RAMP
     dy = correlate(correlate(smooth, _SMOOTHING, 1), _DERIVATIVE, 0) / _RAMP
@@ -120,9 +121,9 @@ def correlate(image: Array, kernel: Array, axis: int) -> Array:
 
 
 def _block_slope(coc: Array) -> Array:
-    padded = np.pad(coc[::2], ((0, 0), (1, 2)), mode="edge")
     width = coc.shape[1]
-    columns = [padded[:, i : i + width : 2] for i in range(4)]
+    first = np.clip(np.arange(0, width, 2) - 1, 0, width - 4)
+    columns = [coc[::2][:, first + i] for i in range(4)]
     return own_slope(np.stack([b - a for a, b in zip(columns, columns[1:])], -1))
 
 

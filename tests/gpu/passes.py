@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import moderngl
 import numpy as np
+
 from app.gpu.layout import FRAME
 from app.gpu.shaders import assemble, load_glsl
 
@@ -20,9 +21,10 @@ def run_pass(
     frame: Mapping[str, object],
     defines: Mapping[str, object] | None = None,
 ) -> np.ndarray:
-    """Run `shader` over full-resolution `inputs` (sampler name -> (h, w, c)); `output` is (image name, dtype, components).
+    """Run `shader` over `inputs` (sampler name -> (h, w, c)); `output` is (image name, dtype, components).
 
-    `frame` sets fields of the uniform block, matrices as GL wants them; size_px and inverse_size come from the inputs. Returns (h, w, c).
+    `frame` sets fields of the uniform block, matrices as GL wants them; size_px and inverse_size come from the inputs.
+    Returns (h, w, c).
     """
     height, width = next(iter(inputs.values())).shape[:2]
     block = np.zeros((), FRAME)
@@ -33,7 +35,13 @@ def run_pass(
     uniforms.bind_to_uniform_block(0)
     textures = []
     for unit, (name, array) in enumerate(inputs.items()):
-        texture = ctx.texture((width, height), array.shape[2], np.ascontiguousarray(array).tobytes(), alignment=1, dtype=_DTYPE[array.dtype.name])
+        texture = ctx.texture(
+            (width, height),
+            array.shape[2],
+            np.ascontiguousarray(array).tobytes(),
+            alignment=1,
+            dtype=_DTYPE[array.dtype.name],
+        )
         texture.repeat_x = texture.repeat_y = False
         texture.use(unit)
         if name in program:

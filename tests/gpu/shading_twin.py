@@ -6,8 +6,9 @@ import re
 from functools import lru_cache
 
 import numpy as np
-from app.gpu.shaders import load_glsl
 from numpy.typing import ArrayLike
+
+from app.gpu.shaders import load_glsl
 
 DIELECTRIC_F0 = 0.04
 
@@ -40,23 +41,30 @@ def spot_attenuation(cosine: ArrayLike, scale: ArrayLike, offset: ArrayLike) -> 
 
 
 @lru_cache
-def specular_integrals(n_v: float, roughness: float, n: int = 128) -> tuple[float, float, np.ndarray]:
-    """(scale of f0, offset, mean direction) of what the microfacets reflect of uniform light, by stratified sampling of the distribution.
+def specular_integrals(n_v: float, roughness: float, n: int = 48) -> tuple[float, float, np.ndarray]:
+    """(scale of f0, offset, mean direction) of what microfacets reflect of uniform light.
 
-    The view lies in the xz plane, the normal is z.
+    Stratified sampling of the microfacets the viewer sees (Heitz 2018, listing 1), which leaves only the smooth ratio
+    of masking terms to average. The view lies in the xz plane, the normal is z.
     """
     a = roughness**2
     u, v = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(2 * n) + 0.5) / (2 * n))
-    cos_h = np.sqrt((1 - u) / (1 + (a * a - 1) * u))
-    sin_h = np.sqrt(np.maximum(1 - cos_h**2, 0))
-    h = np.stack([sin_h * np.cos(2 * np.pi * v), sin_h * np.sin(2 * np.pi * v), cos_h], -1)
     view = np.array([np.sqrt(1 - n_v**2), 0, n_v])
+    stretched = np.array([a * view[0], 0, view[2]]) / np.hypot(a * view[0], view[2])
+    across = np.array([0.0, 1.0, 0.0])
+    x, y = np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v)
+    share = 0.5 * (1 + stretched[2])
+    y = (1 - share) * np.sqrt(np.maximum(1 - x**2, 0)) + share * y
+    z = np.sqrt(np.maximum(1 - x**2 - y**2, 0))
+    h = x[..., None] * across + y[..., None] * np.cross(stretched, across) + z[..., None] * stretched
+    h = h * [a, a, 1]
+    h /= np.linalg.norm(h, axis=-1, keepdims=True)
     v_h = h @ view
     light = 2 * v_h[..., None] * h - view
-    lit = (light[..., 2] > 0) & (v_h > 0)
-    n_l, v_h = np.where(lit, light[..., 2], 1), np.where(lit, v_h, 0)
-    weight = smith_visibility(n_l, n_v, a) * 4 * v_h * n_l / cos_h
-    grazing = (1 - v_h) ** 5
+    n_l = np.where(light[..., 2] > 0, light[..., 2], 1)
+    alone = 2 * n_v / (n_v + np.sqrt(a * a + (1 - a * a) * n_v**2))  # masking towards the viewer only
+    weight = np.where(light[..., 2] > 0, smith_visibility(n_l, n_v, a) * 4 * n_l * n_v / alone, 0)
+    grazing = np.clip(1 - v_h, 0, 1) ** 5
     return (
         float((weight * (1 - grazing)).mean()),
         float((weight * grazing).mean()),
@@ -70,11 +78,18 @@ def _fit(name: str, n_v: ArrayLike, roughness: ArrayLike) -> np.ndarray:
     assert text, name
     matrix = np.array([float(x) for x in text[1].split(",")]).reshape(4, 4).T  # GLSL lists columns
     x, r = np.exp(-4 * np.asarray(n_v, float)), np.asarray(roughness, float)
-    return np.einsum("i...,ij,j...->...", x ** np.arange(4).reshape(-1, *(1,) * x.ndim), matrix, r ** np.arange(4).reshape(-1, *(1,) * r.ndim))
+    return np.einsum(
+        "i...,ij,j...->...",
+        x ** np.arange(4).reshape(-1, *(1,) * x.ndim),
+        matrix,
+        r ** np.arange(4).reshape(-1, *(1,) * r.ndim),
+    )
 
 
 def specular_albedo(n_v: ArrayLike, roughness: ArrayLike) -> np.ndarray:
-    return np.clip(np.stack([_fit(f"ALBEDO_{k}", n_v, roughness) for k in ("SCALE", "OFFSET")], -1), 0, 1)
+    total = np.clip(_fit("ALBEDO_TOTAL", n_v, roughness), 0, 1)
+    offset = np.clip(_fit("ALBEDO_OFFSET", n_v, roughness), 0, total)
+    return np.stack([total - offset, offset], -1)
 
 
 def multiple_scattering(f0: ArrayLike, albedo: ArrayLike) -> np.ndarray:

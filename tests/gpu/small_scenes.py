@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+
 from app.scene.model import Image, Instance, Light, Material, Mesh, Scene
 
 Vec3 = tuple[float, float, float]
@@ -26,7 +27,10 @@ def quad(corner: Vec3, edge_u: Vec3, edge_v: Vec3, material: int = 0, flip_windi
 
 
 def scene_of(
-    meshes: Sequence[Mesh], materials: Sequence[Material] = (Material(),), images: Sequence[Image] = (), lights: Sequence[Light] = ()
+    meshes: Sequence[Mesh],
+    materials: Sequence[Material] = (Material(),),
+    images: Sequence[Image] = (),
+    lights: Sequence[Light] = (),
 ) -> Scene:
     """The meshes where they are."""
     instances = tuple(Instance(i, np.eye(4)) for i in range(len(meshes)))

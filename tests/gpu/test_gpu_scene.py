@@ -8,6 +8,7 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 import pytest
+
 from app.bvh.build import build_bvh
 from app.errors import UserError
 from app.gpu.arrays import oriented, pack_lights, pack_materials, pack_vertices
@@ -56,7 +57,12 @@ def test_materials_name_their_textures() -> None:
     assert record.dtype == MATERIAL
     np.testing.assert_allclose(record["base_color"], material.base_color)
     np.testing.assert_allclose(record["emissive"], material.emissive)
-    assert [round(float(record[k]), 6) for k in ("metallic", "roughness", "normal_scale", "alpha_cutoff")] == [0.5, 0.6, 0.7, 0.8]
+    assert [round(float(record[k]), 6) for k in ("metallic", "roughness", "normal_scale", "alpha_cutoff")] == [
+        0.5,
+        0.6,
+        0.7,
+        0.8,
+    ]
     assert record["textures"].tolist() == [NO_TEXTURE, NO_TEXTURE, 2 << 24 | 2 << 18 | 1 << 16 | 5, NO_TEXTURE]
     np.testing.assert_allclose(record["uv_normal_u"][:3], slot.uv_transform[0])
     np.testing.assert_allclose(record["uv_normal_v"][:3], slot.uv_transform[1])
@@ -77,7 +83,9 @@ def test_lights_come_suns_first_and_one_casts() -> None:
 
 def test_size_classes_lose_nothing_unless_the_device_demands() -> None:
     image = lambda w, h: Image(np.zeros((h, w, 4), np.uint8), True)  # noqa: E731
-    assert [size_class(image(w, h), 16384) for w, h in ((1, 1), (256, 4), (257, 4), (4, 1024), (2000, 3), (9000, 9000))] == [0, 0, 1, 1, 2, 2]
+    assert [
+        size_class(image(w, h), 16384) for w, h in ((1, 1), (256, 4), (257, 4), (4, 1024), (2000, 3), (9000, 9000))
+    ] == [0, 0, 1, 1, 2, 2]
     assert size_class(image(2000, 2000), 1024) == 1
     assert slot_bits(None, []) == NO_TEXTURE
 
@@ -86,7 +94,9 @@ def test_colour_is_averaged_in_linear_light() -> None:
     layer = color_layer(checker(2 * CLASS_SIZES[0], 0, 255), CLASS_SIZES[0])
     middle = layer[8:-8, 8:-8, :3].astype(float)
     np.testing.assert_allclose(middle, 0.5, atol=0.01)  # 0.21 if code values were averaged
-    np.testing.assert_allclose(linear_from_srgb(np.array([0, 0.04045, 0.5, 1])), [0, 0.0031308, 0.2140411, 1], atol=1e-6)
+    np.testing.assert_allclose(
+        linear_from_srgb(np.array([0, 0.04045, 0.5, 1])), [0, 0.0031308, 0.2140411, 1], atol=1e-6
+    )
 
 
 def test_shaders_see_what_was_packed(ctx) -> None:
@@ -98,8 +108,9 @@ def test_shaders_see_what_was_packed(ctx) -> None:
 layout(local_size_x = 1) in;
 layout(std430) writeonly buffer Echo { float echo[8]; };
 void main() {
-    echo = float[](vertices[2].px, vertices[2].v, float(vertices[3].material), materials[0].roughness, materials[0].emissive.z,
-                   materials[0].uv_emissive_v.y, lights[0].position.z, lights[0].inverse_range);
+    echo = float[](vertices[2].px, vertices[2].v, float(vertices[3].material), materials[0].roughness,
+                   materials[0].emissive.z, materials[0].uv_emissive_v.y,
+                   lights[0].position.z, lights[0].inverse_range);
 }"""
     program = ctx.compute_shader(assemble("echo", {**load_glsl(), "echo": kernel}, {**gpu.defines, "TEXTURED": 0}).text)
     out = ctx.buffer(reserve=32)
@@ -119,18 +130,20 @@ def test_blocks_above_the_devices_limit_are_refused(ctx) -> None:
     class Small:
         """A device with a block limit of 100 bytes."""
 
-        info = {**ctx.info, "GL_MAX_SHADER_STORAGE_BLOCK_SIZE": 100}
+        def __init__(self) -> None:
+            self.info = {**ctx.info, "GL_MAX_SHADER_STORAGE_BLOCK_SIZE": 100}
 
         def __getattr__(self, name: str) -> object:
             return getattr(ctx, name)
 
-    with pytest.raises(UserError, match="vertices need .* in one block, but this device allows"):
+    with pytest.raises(UserError, match=r"vertices need .* in one block, but this device allows"):
         GpuScene(Small(), scene, flatten(scene))  # type: ignore[arg-type]
 
 
 def test_rays_get_their_blocks_on_demand(ctx) -> None:
     gpu = gpu_scene(ctx, scene_of([FLOOR]))
-    assert "BvhNodes" not in gpu.blocks and "BVH_STACK" not in gpu.defines
+    assert "BvhNodes" not in gpu.blocks
+    assert "BVH_STACK" not in gpu.defines
     gpu.ensure_bvh()
     assert gpu.defines["BVH_STACK"] >= 1
     triangles = np.frombuffer(gpu.blocks["Triangles"].read(), "<u4").reshape(-1, 4)
@@ -145,7 +158,8 @@ def test_rays_get_their_blocks_on_demand(ctx) -> None:
 def test_the_shadow_map_is_rendered_only_on_change(ctx) -> None:
     gpu = gpu_scene(ctx, scene_of([FLOOR], lights=[SUN]))
     assert [gpu.update_shadow(), gpu.update_shadow(), gpu.update_shadow()] == [True, False, False]
-    assert gpu.shadow.update((0.6, -0.8, 0.0)) and not gpu.shadow.update((0.6, -0.8, 0.0))
+    assert gpu.shadow.update((0.6, -0.8, 0.0))
+    assert not gpu.shadow.update((0.6, -0.8, 0.0))
     gpu.shadow.invalidate()
     assert gpu.shadow.update((0.6, -0.8, 0.0))
     assert gpu.shadow.renders == 3
@@ -154,7 +168,9 @@ def test_the_shadow_map_is_rendered_only_on_change(ctx) -> None:
 
 def test_without_a_sun_there_is_no_shadow_map_to_pay_for(ctx) -> None:
     gpu = gpu_scene(ctx, scene_of([FLOOR]))
-    assert not gpu.update_shadow() and gpu.shadow.renders == 0 and gpu.bytes["shadow map"] <= 4
+    assert not gpu.update_shadow()
+    assert gpu.shadow.renders == 0
+    assert gpu.bytes["shadow map"] <= 4
     gpu.release()
 
 
@@ -166,4 +182,5 @@ def test_the_sun_sees_the_whole_box(direction) -> None:
     corners = np.array([[x, y, z, 1] for x in (-3, 5) for y in (0, 2) for z in (-1, 40)], float) @ matrix.T
     assert np.abs(corners[:, :3]).max() <= 1.0
     along = np.array([*unit, 0.0]) @ matrix.T  # moving with the light increases depth and nothing else
-    assert along[2] > 0 and np.abs(along[:2]).max() < 1e-12
+    assert along[2] > 0
+    assert np.abs(along[:2]).max() < 1e-12

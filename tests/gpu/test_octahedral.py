@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+
 from app.gpu.octahedral import octahedral_decode, octahedral_encode, pack_normals, pack_tangents
 
 from .harness import call_glsl
@@ -21,14 +22,16 @@ def directions() -> np.ndarray:
 
 
 def test_encoding_matches_its_twin(ctx) -> None:
-    # Within float32 rounding of the division; on a fold -0 and +0 may choose different, equally right, images: compare directions.
+    # Compared as directions: on a fold, -0 and +0 choose different, equally right, points of the square.
     encoded = call_glsl(ctx, FILE, "vec2 octahedral_encode(vec3 n)", directions())
     np.testing.assert_allclose(octahedral_decode(encoded), directions(), atol=4e-7)
 
 
 def test_decoding_matches_its_twin(ctx) -> None:
     square = octahedral_encode(directions()).astype(np.float32)
-    np.testing.assert_allclose(call_glsl(ctx, FILE, "vec3 octahedral_decode(vec2 p)", square), octahedral_decode(square), atol=4e-7)
+    np.testing.assert_allclose(
+        call_glsl(ctx, FILE, "vec3 octahedral_decode(vec2 p)", square), octahedral_decode(square), atol=4e-7
+    )
 
 
 def test_float64_round_trip_is_exact_to_rounding() -> None:
@@ -36,7 +39,7 @@ def test_float64_round_trip_is_exact_to_rounding() -> None:
 
 
 def test_packed_normals_are_found_again_within_half_a_step(ctx) -> None:
-    # Half a snorm16 step in each of two numbers, stretched at most 3 times, where a face's middle is nearest to the centre.
+    # Half a snorm16 step in each of two numbers, stretched at most 3 times, in the middle of a face.
     found = call_glsl(ctx, FILE, "vec3 unpack_normal(uint bits)", pack_normals(directions()))
     assert np.linalg.norm(found - directions(), axis=1).max() < 3 * np.hypot(0.5, 0.5) / 32767
 

@@ -1,4 +1,4 @@
-"""Temporal anti-aliasing: a running mean while still, clipped reprojection while moving, and nothing unusable ever let in."""
+"""Temporal anti-aliasing: a running mean while still, clipped reprojection while moving, nothing unusable let in."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ def resolve(ctx, color, history, *, motion=None, valid=1, alpha=0.1) -> np.ndarr
     if motion is not None:
         inputs["in_motion"] = motion.astype(np.float16)
     frame = {"history_valid": valid, "taa_alpha": alpha}
-    return run_pass(ctx, RESOLVE, inputs, ("out_resolved", "float32", 4), frame, {"HAS_MOTION": int(motion is not None)})
+    return run_pass(
+        ctx, RESOLVE, inputs, ("out_resolved", "float32", 4), frame, {"HAS_MOTION": int(motion is not None)}
+    )
 
 
 def colors(seed: int, count: int | None = None) -> np.ndarray:
@@ -54,12 +56,16 @@ def test_unusable_values_never_enter(ctx, bad) -> None:
     history = constant(0.5, 9)
     history[11, 3, 0] = bad
     motion = np.zeros((*SIZE, 2))
-    for got in (resolve(ctx, color, history), resolve(ctx, color, history, motion=motion), resolve(ctx, color, history, valid=0)):
+    for got in (
+        resolve(ctx, color, history),
+        resolve(ctx, color, history, motion=motion),
+        resolve(ctx, color, history, valid=0),
+    ):
         assert np.isfinite(got).all()
 
 
 def test_moving_history_comes_from_where_the_surface_was(ctx) -> None:
-    """A smooth ramp that moved by (3, -2) px: the history under its old place equals today's picture, so nothing changes."""
+    """A ramp that moved by (3, -2) px: the history under its old place equals today's picture, so nothing changes."""
     y, x = np.mgrid[: SIZE[0], : SIZE[1]].astype(float)
     ramp = lambda dx, dy: np.repeat((0.01 * (x - dx) + 0.02 * (y - dy) + 1.0)[..., None], 3, -1)  # noqa: E731
     now = np.dstack([ramp(3, -2), np.zeros(SIZE)])
@@ -85,7 +91,11 @@ def test_motion_bounds_how_much_the_past_counts(ctx) -> None:
 
 def test_catmull_rom_weights(ctx) -> None:
     f = np.linspace(0, 1, 33)
-    wrapper = """vec4 merged(float f) { vec2 w0, w12, w3, o; catmull_rom_weights(vec2(f), w0, w12, w3, o); return vec4(w0.x, w12.x, w3.x, o.x); }"""
+    wrapper = """vec4 merged(float f) {
+    vec2 w0, w12, w3, o;
+    catmull_rom_weights(vec2(f), w0, w12, w3, o);
+    return vec4(w0.x, w12.x, w3.x, o.x);
+}"""
     w0, w12, w3, offset = call_glsl(ctx, "lib/catmull_rom.glsl", "vec4 merged(float f)", f, extra=wrapper).T
     merged = np.stack([w0, w12 * (1 - offset), w12 * offset, w3], -1)
     np.testing.assert_allclose(merged, twin.catmull_rom(f), atol=5e-7)

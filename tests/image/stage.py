@@ -58,9 +58,9 @@ class Stage:
         """Linear radiance (h, w, 3) float64, top row first."""
         return self.draw(view, size, **options).linear().astype(np.float64)  # type: ignore[arg-type]
 
-    def runs(self, view: str, size: tuple[int, int], spp: int, seeds: Sequence[int]) -> np.ndarray:
+    def runs(self, view: str, size: tuple[int, int], spp: int, seeds: Sequence[int], **options: object) -> np.ndarray:
         """Independent estimates (len(seeds), h, w, 3) of a converging view."""
-        return np.stack([self.linear(view, size, spp=spp, seed=seed) for seed in seeds])
+        return np.stack([self.linear(view, size, spp=spp, seed=seed, **options) for seed in seeds])
 
 
 def stage_of(ctx: moderngl.Context, scene: Scene, camera: Camera, **settings: object) -> Stage:

@@ -19,6 +19,8 @@ HALF_EPSILON = 2.0**-11  # largest relative rounding error of a float16 (the ras
 CHANCE = 1e-6  # probability that a sound pair of pictures fails a test: none in a project's lifetime
 PIXEL_TAIL = 1e-3  # two-sided tail beyond which a pixel is called an outlier ...
 TAIL_EXCESS = 4.0  # ... and by how much more often that may happen: runs of few samples are not normal where highlights are rare
+SPREAD = 1.2  # rms of t over thousands of pixels is 1 within some 5 %; the rest is room for pixels whose runs are far from normal
+BIAS = 0.1  # mean of t over the noisy pixels: a common shift of a tenth of one pixel's standard error is already seen by the blocks
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,12 @@ class Scores:
 
     t: Array
     freedom: int
+    noisy: NDArray[np.bool_]  # places where the runs differ at all: the others agree exactly or not at all
+
+    @property
+    def bias(self) -> float:
+        """Mean t over the noisy places."""
+        return float(self.t[self.noisy].mean())
 
     @property
     def tail(self) -> float:
@@ -35,8 +43,8 @@ class Scores:
 
     @property
     def spread(self) -> float:
-        """Root mean square of t over that of Student's distribution: 1 for equal expectations."""
-        return float(np.sqrt(np.mean(self.t**2) / (self.freedom / (self.freedom - 2.0))))
+        """Root mean square of t over the noisy places, over that of Student's distribution: 1 for equal expectations."""
+        return float(np.sqrt(np.mean(self.t[self.noisy] ** 2) / (self.freedom / (self.freedom - 2.0))))
 
     @property
     def largest(self) -> float:
@@ -55,7 +63,7 @@ def scores(a: Array, b: Array, rounding: float = 0.0) -> Scores:
     difference = mean_a - mean_b
     excess = np.sign(difference) * np.maximum(np.abs(difference) - rounding * np.maximum(np.abs(mean_a), np.abs(mean_b)), 0.0)
     floor = np.finfo(np.float32).eps * np.maximum(np.abs(mean_a), 1e-3)  # a constant pixel has no spread, but its float32 mean rounds
-    return Scores(excess / np.maximum(error, floor), min(len(a), len(b)) - 1)
+    return Scores(excess / np.maximum(error, floor), min(len(a), len(b)) - 1, error > floor)
 
 
 def block_means(runs: Array, side: int) -> Array:
@@ -68,7 +76,9 @@ def block_means(runs: Array, side: int) -> Array:
 def assert_same_expectation(a: Array, b: Array, rounding: float = 0.0, block: int = 8) -> None:
     """Runs (n, h, w, 3) of two renderers differ by no more than their noise, in pixels, in blocks and overall."""
     pixels = scores(a, b, rounding)
-    assert pixels.tail <= TAIL_EXCESS * PIXEL_TAIL, f"{pixels.tail:.2%} of the pixels differ beyond the {PIXEL_TAIL:.1%} tail of their noise"
+    assert pixels.tail <= TAIL_EXCESS * PIXEL_TAIL, f"{pixels.tail:.2%} of the pixels lie beyond the {PIXEL_TAIL:.1%} tail of their noise"
+    assert pixels.spread <= SPREAD, f"the pixels differ by {pixels.spread:.2f} times their noise"
+    assert abs(pixels.bias) <= BIAS, f"the pixels are off by {pixels.bias:.2f} of their standard error on average"
     for what, means in (("a block", block_means), ("the whole picture", lambda runs, _: runs.mean((1, 2)))):
         found = scores(means(a, block), means(b, block), rounding)
         assert found.largest <= found.largest_by_chance, (

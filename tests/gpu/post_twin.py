@@ -1,0 +1,105 @@
+"""Float64 twins of the post-process's pure functions: glsl/lib/splat.glsl, kernel.glsl, median.glsl and tile_reach.glsl."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from app.frame.targets import TILE_PX
+from app.optics import IN_FOCUS_COC_PX
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+MAX_RADIANCE = 6.0e4
+REACH_MARGIN_PX = 3.0
+GOLDEN, PLASTIC = 0.618033989, 0.754877666
+
+
+def smoothstep(low: ArrayLike, high: ArrayLike, x: ArrayLike) -> Array:
+    t = np.clip((np.asarray(x, float) - low) / (np.asarray(high, float) - low), 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def finite_radiance(c: ArrayLike) -> Array:
+    c = np.asarray(c, float)
+    return np.where(c > 0.0, np.minimum(c, MAX_RADIANCE), 0.0)
+
+
+def gathered_coc(coc: ArrayLike, limit: ArrayLike) -> Array:
+    return np.clip(np.nan_to_num(np.asarray(coc, float), nan=0.0, posinf=np.inf, neginf=-np.inf), -np.asarray(limit), limit)
+
+
+def silhouette_px(own: ArrayLike, coc: ArrayLike) -> Array:
+    return np.abs(np.minimum(own, coc))
+
+
+def enclosed_light(t: ArrayLike, aberration: ArrayLike) -> Array:
+    t = np.minimum(t, 1.0)
+    return t * (1.0 - np.asarray(aberration) + aberration * t)
+
+
+def ring_light(inner2: ArrayLike, outer2: ArrayLike, radius2: ArrayLike, aberration: ArrayLike) -> Array:
+    r2 = np.maximum(radius2, 1e-6)
+    return enclosed_light(np.asarray(outer2) / r2, aberration) - enclosed_light(np.asarray(inner2) / r2, aberration)
+
+
+def near_share(coc: ArrayLike, begin: ArrayLike, end: ArrayLike) -> Array:
+    return smoothstep(begin, end, -np.asarray(coc, float))
+
+
+def fore_share(coc: ArrayLike, nearest: ArrayLike, fade: ArrayLike) -> Array:
+    return 1.0 - smoothstep(0.0, 1.0, (np.asarray(coc, float) - nearest) / np.asarray(fade))
+
+
+def stacked(fore: ArrayLike, behind: ArrayLike) -> Array:
+    fore, behind = np.asarray(fore, float), np.asarray(behind, float)
+    fore = fore / np.maximum(fore[..., 3:], 1.0)
+    return fore + behind * np.minimum(1.0, (1.0 - fore[..., 3:]) / np.maximum(behind[..., 3:], 1e-6))
+
+
+def ring_count(radius_texels: ArrayLike, most: int) -> NDArray[np.int64]:
+    return np.clip(np.ceil(np.asarray(radius_texels) - 0.5), 1, most).astype(int)
+
+
+def ring_rim(k: ArrayLike, n: ArrayLike) -> Array:
+    return (np.asarray(k) + 0.5) / (np.asarray(n) + 0.5)
+
+
+def ring_taps(k: int) -> int:
+    return 8 * k if k else 1
+
+
+def kernel_taps(n: int) -> int:
+    return (2 * n + 1) ** 2
+
+
+def first_tap(k: int) -> int:
+    return kernel_taps(k - 1) if k else 0
+
+
+def aperture_point(turn: float, area: float, blades: int, rotation: float, anamorphic: float) -> Array:
+    """A point of the aperture; the polygon is built from its corners, not from the closed form that the shader uses."""
+    if blades < 3:
+        angle = 2.0 * math.pi * turn
+        point = math.sqrt(area) * np.array([math.cos(angle), math.sin(angle)])
+    else:
+        edge = math.floor(turn % 1.0 * blades)
+        along = turn % 1.0 * blades - edge
+        a, b = (2.0 * math.pi * (edge + i) / blades + rotation for i in (0, 1))
+        point = math.sqrt(area) * ((1.0 - along) * np.array([math.cos(a), math.sin(a)]) + along * np.array([math.cos(b), math.sin(b)]))
+    return point / np.array([anamorphic, 1.0])
+
+
+def kernel_tap(index: int, n: int, frame: int, blades: int, rotation: float, anamorphic: float) -> Array:
+    if index == 0:
+        return np.zeros(2)
+    k = (math.isqrt(index) + 1) // 2
+    turn = (index - first_tap(k) + (k * GOLDEN + (frame & 1023) * PLASTIC) % 1.0) / ring_taps(k)
+    inner, outer = ring_rim(k - 1, n) ** 2, ring_rim(k, n) ** 2
+    return aperture_point(turn, inner + (outer - inner) * ((0.5 + (frame & 1023) * GOLDEN) % 1.0), blades, rotation, anamorphic)
+
+
+def tile_reach(radius: ArrayLike) -> NDArray[np.int64]:
+    radius = np.asarray(radius, float)
+    return np.where(radius <= IN_FOCUS_COC_PX, 0, 1 + np.floor((np.maximum(radius, 0.0) + REACH_MARGIN_PX) / TILE_PX)).astype(int)

@@ -1,0 +1,152 @@
+"""GPU storage by name: sizes at odd resolutions, history, clears, what a frame costs in bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+import pytest
+from app.errors import UserError
+from app.frame.targets import BUFFERS, TARGETS
+from app.gpu.targets import Targets, buffer_bytes, scaled
+from app.optics import SKY_DEPTH
+from hypothesis import given
+from hypothesis import strategies as st
+
+SIZES = [(1, 1), (3, 2), (17, 33), (160, 90), (161, 91)]
+BYTES = {"f1": 1, "f2": 2, "f4": 4}
+
+
+@pytest.fixture
+def targets(ctx: moderngl.Context) -> Iterator[Targets]:
+    made = Targets(ctx, (161, 91))
+    yield made
+    made.release()
+
+
+@given(w=st.integers(1, 20_000), h=st.integers(1, 20_000), scale=st.integers(1, 64))
+def test_a_scaled_target_covers_every_pixel_and_no_more(w: int, h: int, scale: int) -> None:
+    for full, part in zip((w, h), scaled((w, h), scale), strict=True):
+        assert part * scale >= full > (part - 1) * scale
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_every_target_has_its_shape_type_and_zeroes_at_every_size(ctx: moderngl.Context, name: str) -> None:
+    target = TARGETS[name]
+    for size in SIZES:
+        targets = Targets(ctx, size)
+        values = targets.read(name)
+        width, height = scaled(size, target.scale)
+        assert values.shape == (height, width, target.components)
+        assert values.dtype == {"f1": np.uint8, "f2": np.float16, "f4": np.float32}[target.dtype]
+        assert not values.any()
+        assert targets.bytes == {name: values.nbytes}
+        targets.release()
+        assert targets.bytes == {}
+
+
+def test_texels_come_back_in_their_place(targets: Targets) -> None:
+    """Odd rows of 2-byte texels: no padding is mistaken for data."""
+    for name in ("mask", "motion", "lit", "display", "depth"):
+        like = targets.read(name)
+        values = (np.arange(like.size).reshape(like.shape) % 199).astype(like.dtype)
+        targets.texture(name).write(values.tobytes(), alignment=1)
+        assert (targets.read(name) == values).all()
+
+
+def test_textures_clamp_and_filter_as_the_table_says(targets: Targets) -> None:
+    for name, target in TARGETS.items():
+        texture = targets.texture(name)
+        assert not texture.repeat_x
+        assert not texture.repeat_y
+        expected = moderngl.LINEAR if target.filter == "linear" else moderngl.NEAREST
+        assert texture.filter == (expected, expected)
+
+
+def test_history_is_last_frames_value(targets: Targets) -> None:
+    current, previous = targets.texture("resolved"), targets.texture("resolved", previous=True)
+    assert current.glo != previous.glo
+    for frame in range(3):
+        value = np.full(targets.read("resolved").shape, frame, np.float32)
+        targets.texture("resolved").write(value.tobytes())
+        targets.swap("resolved")
+        assert (targets.read("resolved", previous=True) == frame).all()
+    assert targets.bytes["resolved"] == 2 * 161 * 91 * 16
+
+
+def test_resizing_drops_everything(targets: Targets) -> None:
+    targets.texture("lit"), targets.buffer("RayWork"), targets.framebuffer(("base_color", "depth"))
+    targets.resize((40, 30))
+    assert targets.bytes == {}
+    assert targets.texture("lit").size == (40, 30)
+    assert (targets.framebuffer(("base_color", "depth")).size) == (40, 30)
+
+
+@pytest.mark.parametrize("size", [(0, 5), (5, 0), (-1, 5), (10**6, 5), (5, 10**6)])
+def test_an_impossible_size_is_one_sentence(ctx: moderngl.Context, targets: Targets, size: tuple[int, int]) -> None:
+    for attempt in (lambda: Targets(ctx, size), lambda: targets.resize(size)):
+        with pytest.raises(UserError, match="--size") as caught:
+            attempt()
+        assert "\n" not in str(caught.value)
+    assert targets.size == (161, 91), "a refused size changes nothing"
+
+
+def test_a_framebuffer_begins_black_and_as_far_as_the_sky(targets: Targets) -> None:
+    names = ("base_color", "normal", "depth")
+    for _ in range(2):  # the second time over what the first left behind
+        framebuffer = targets.framebuffer(names)
+        assert framebuffer.size == (161, 91)
+        assert not targets.read("base_color").any()
+        assert (targets.read("depth") == np.float32(SKY_DEPTH)).all()
+        for name in names:
+            texture = targets.texture(name)
+            texture.write(np.full(texture.size[0] * texture.size[1] * texture.components, 7, f"<{texture.dtype}").tobytes())
+    assert targets.bytes["depth test"] == 161 * 91 * 4
+
+
+def test_the_depth_test_starts_anew_each_frame(ctx: moderngl.Context, targets: Targets) -> None:
+    """What was drawn last frame hides nothing in this one."""
+    program = ctx.program(
+        vertex_shader="#version 430\nuniform float z; void main() { vec2 p = vec2(gl_VertexID & 1, gl_VertexID >> 1);"
+        " gl_Position = vec4(4.0 * p - 1.0, z, 1.0); }",
+        fragment_shader="#version 430\nuniform float z; out float out_depth; void main() { out_depth = z; }",
+    )
+    array = ctx.vertex_array(program, [])
+    for z in (-0.5, 0.5):
+        targets.framebuffer(("depth",)).use()
+        ctx.enable_only(moderngl.DEPTH_TEST)
+        program["z"] = z
+        array.render(moderngl.TRIANGLES, vertices=3)
+        assert (targets.read("depth") == z).all()
+    array.release()
+    program.release()
+
+
+def test_clear_zeroes_one_target(targets: Targets) -> None:
+    for name in ("traced", "traced_error"):
+        targets.texture(name).write(np.ones(targets.read(name).size, np.float32).tobytes())
+    targets.clear("traced")
+    assert not targets.read("traced").any()
+    assert (targets.read("traced_error") == 1.0).all()
+
+
+def test_blocks_are_large_enough_and_begin_with_an_empty_dispatch(targets: Targets) -> None:
+    for name, buffer in BUFFERS.items():
+        width, height = scaled((161, 91), buffer.scale)
+        assert targets.buffer(name).size == buffer_bytes(buffer, (161, 91)) == buffer.header + buffer.bytes_per_pixel * width * height
+        targets.buffer(name).write(b"\xff" * buffer.header)
+        targets.begin_buffer(name)
+        header = np.frombuffer(targets.buffer(name).read(buffer.header), "<u4")
+        assert header[0] == 0, "nothing counted yet"
+        if buffer.bytes_per_pixel:
+            assert header[:3].tolist() == [0, 1, 1], "no work groups yet"
+
+
+@pytest.mark.parametrize("dtype", BYTES)
+def test_memory_is_counted_per_component(ctx: moderngl.Context, dtype: str) -> None:
+    name = next(t.name for t in TARGETS.values() if t.dtype == dtype and t.scale == 1)
+    targets = Targets(ctx, (10, 10))
+    targets.texture(name)
+    assert targets.bytes[name] == 100 * TARGETS[name].components * BYTES[dtype]
+    targets.release()
