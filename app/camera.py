@@ -60,7 +60,9 @@ class Camera:
         azimuth = math.atan2(-forward[0], -forward[2]) + yaw
         elevation = float(np.clip(elevation + pitch, -1.553, 1.553))  # 89 degrees
         c = math.cos(elevation)
-        return replace(self, forward=(-math.sin(azimuth) * c, math.sin(elevation), -math.cos(azimuth) * c), up=(0.0, 1.0, 0.0))
+        return replace(
+            self, forward=(-math.sin(azimuth) * c, math.sin(elevation), -math.cos(azimuth) * c), up=(0.0, 1.0, 0.0)
+        )
 
     def rolled(self, angle: float) -> Camera:
         """Turned clockwise about the view axis by `angle` [rad]."""
@@ -120,7 +122,8 @@ def offset(jitter_px: tuple[float, float], size: tuple[int, int]) -> Array:
 def lens_shear(lens_m: tuple[float, float], focus_distance: float) -> Array:
     """View space seen from the lens point (x, y) [m] with the focal plane kept in place (4, 4).
 
-    The eye moves by (x, y), which shifts a point at depth z by -(x, y); shearing by z/d moves it back exactly on the plane z = d.
+    The eye moves by (x, y), which shifts a point at depth z by -(x, y); shearing by z/d moves it back exactly on the
+    plane z = d.
     """
     matrix = np.eye(4)
     matrix[0, 3], matrix[1, 3] = -lens_m[0], -lens_m[1]
@@ -146,8 +149,8 @@ def read_viewpoint(path: str | Path) -> Viewpoint:
         raise UserError(f"camera file {path}: {error}") from None
     except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
         raise UserError(
-            f'camera file {path} needs "eye" and "target" as three numbers each (and "up", "fov_y_deg", "focus_distance", '
-            '"aperture" as numbers if given)'
+            f'camera file {path} needs "eye" and "target" as three numbers each (and "up", "fov_y_deg", '
+            '"focus_distance", "aperture" as numbers if given)'
         ) from None
 
 

@@ -42,7 +42,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         print(f"hybrid-dof: {error}", file=sys.stderr)
         return error.exit_code
-    except BrokenPipeError:  # the reader went away, as `| head` does; what is still buffered must not be flushed at exit
+    except (
+        BrokenPipeError
+    ):  # the reader went away, as `| head` does; what is still buffered must not be flushed at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
@@ -57,17 +59,35 @@ def parser() -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(dest="command", required=True, parser_class=_Parser)
 
     view = subparsers.add_parser("view", help="open the window (the default command)")
-    view.add_argument("scene", nargs="?", default=DEFAULT_SCENE, help=f"built-in name or file (default: {DEFAULT_SCENE})")
+    view.add_argument(
+        "scene", nargs="?", default=DEFAULT_SCENE, help=f"built-in name or file (default: {DEFAULT_SCENE})"
+    )
     view.add_argument("--status", metavar="FILE", help="append a JSON line with the window's state at each change")
-    view.add_argument("--screenshots", metavar="DIR", default=".", help="where F12 saves pictures (default: the current folder)")
+    view.add_argument(
+        "--screenshots", metavar="DIR", default=".", help="where F12 saves pictures (default: the current folder)"
+    )
     view.add_argument("--window", metavar="BACKEND", default="pyglet", help="pyglet (default) or glfw")
     _picture_options(view, "960x540", "hybrid")
 
     shot = subparsers.add_parser("shot", help="render one picture without a window")
     shot.add_argument("scene", help="built-in name or file")
-    shot.add_argument("-o", "--output", required=True, metavar="FILE", help=".png (tone-mapped) or .exr (linear float32)")
-    shot.add_argument("--frames", type=_count, default=16, metavar="N", help="frames rendered before the picture is taken (default 16)")
-    shot.add_argument("--spp", type=_count, default=64, metavar="N", help="lens samples per pixel of traced and reference (default 64)")
+    shot.add_argument(
+        "-o", "--output", required=True, metavar="FILE", help=".png (tone-mapped) or .exr (linear float32)"
+    )
+    shot.add_argument(
+        "--frames",
+        type=_count,
+        default=16,
+        metavar="N",
+        help="frames rendered before the picture is taken (default 16)",
+    )
+    shot.add_argument(
+        "--spp",
+        type=_count,
+        default=64,
+        metavar="N",
+        help="lens samples per pixel of traced and reference (default 64)",
+    )
     shot.add_argument("--seed", type=int, default=0, metavar="N", help="of all random choices (default 0)")
     shot.add_argument("--report", metavar="FILE", help="write times, memory, device and settings as JSON")
     _picture_options(shot, "960x540", "hybrid")
@@ -85,8 +105,12 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> None:
-    command.add_argument("--view", default=view, metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {view})")
-    command.add_argument("--size", type=_size, default=_size(size), metavar="WxH", help=f"picture size in px (default {size})")
+    command.add_argument(
+        "--view", default=view, metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {view})"
+    )
+    command.add_argument(
+        "--size", type=_size, default=_size(size), metavar="WxH", help=f"picture size in px (default {size})"
+    )
     command.add_argument("--camera", metavar="FILE.json", help="camera file; the scene's first camera otherwise")
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     for path, leaf, value in walk(Settings()):
@@ -97,7 +121,11 @@ def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> 
 
 def given_settings(options: argparse.Namespace) -> dict[str, Any]:
     """{dotted path: value} of the settings that were given as options. Raises UserError for a bad value."""
-    return {path: parse(path, text, leaf) for path, leaf, _ in walk(Settings()) if (text := getattr(options, path, None)) is not None}
+    return {
+        path: parse(path, text, leaf)
+        for path, leaf, _ in walk(Settings())
+        if (text := getattr(options, path, None)) is not None
+    }
 
 
 def _count(text: str) -> int:
@@ -115,4 +143,3 @@ def _size(text: str) -> tuple[int, int]:
     if not separator or not width.isdigit() or not height.isdigit() or not int(width) or not int(height):
         raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 1280x720")
     return int(width), int(height)
-

@@ -1,4 +1,4 @@
-"""What the commands do once their options are parsed. Heavy imports happen inside, so that `--help` and errors come at once."""
+"""What the commands do once their options are parsed. Heavy imports happen inside, so that `--help` comes at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from typing import Any
 from .camera import Viewpoint, read_viewpoint
 from .settings import Settings, plain, to_dict
 
-TRACE_BATCH = 4  # lens samples per dispatch of a headless picture: long enough to keep the device busy, short enough for its watchdog
+# lens samples per dispatch of a headless picture: long enough to keep the device busy, short enough for its watchdog
+TRACE_BATCH = 4
 
 
 def version() -> str:
@@ -25,13 +26,15 @@ def version() -> str:
 def shown(value: Any) -> str:
     """A setting's value as it would be typed."""
     value = plain(value)
-    return ",".join(f"{x:g}" for x in value) if isinstance(value, list) else str(value).lower() if isinstance(value, bool) else str(value)
+    if isinstance(value, list):
+        return ",".join(f"{x:g}" for x in value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def view(options: argparse.Namespace) -> int:
     """Open the window."""
-    from .cli import given_settings  # noqa: PLC0415
-    from .window import open_window  # noqa: PLC0415
+    from .cli import given_settings
+    from .window import open_window
 
     settings = Settings()
     viewpoint = read_viewpoint(options.camera) if options.camera else None
@@ -40,11 +43,11 @@ def view(options: argparse.Namespace) -> int:
 
 def shot(options: argparse.Namespace) -> int:
     """Render one picture."""
-    from .frame.pipeline import CONVERGING  # noqa: PLC0415
-    from .gpu.context import device_name, headless_context  # noqa: PLC0415
-    from .picture import check_path, write_exr, write_json, write_png  # noqa: PLC0415
-    from .renderer import Renderer  # noqa: PLC0415
-    from .session import load_gpu_scene  # noqa: PLC0415
+    from .frame.pipeline import CONVERGING
+    from .gpu.context import device_name, headless_context
+    from .picture import check_path, write_exr, write_json, write_png
+    from .renderer import Renderer
+    from .session import load_gpu_scene
 
     output = check_path(options.output)
     given = _given(options)
@@ -55,7 +58,11 @@ def shot(options: argparse.Namespace) -> int:
     renderer.progress_callback = _progress
     renderer.profiler.enabled = bool(options.report)
     begin = time.perf_counter()
-    frames = _batches(options.spp, TRACE_BATCH if options.view == "traced" else 1) if options.view in CONVERGING else [1] * options.frames
+    frames = (
+        _batches(options.spp, TRACE_BATCH if options.view == "traced" else 1)
+        if options.view in CONVERGING
+        else [1] * options.frames
+    )
     frame_ms = []
     for done, samples in enumerate(frames):
         started = time.perf_counter()
@@ -64,7 +71,14 @@ def shot(options: argparse.Namespace) -> int:
         frame_ms.append((time.perf_counter() - started) * 1e3)
         _progress(f"{options.view}", (done + 1) / len(frames))
     seconds = time.perf_counter() - begin
-    facts = {"scene": options.scene, "view": options.view, "size": list(options.size), "seed": options.seed, "settings": to_dict(settings), "version": version()}
+    facts = {
+        "scene": options.scene,
+        "view": options.view,
+        "size": list(options.size),
+        "seed": options.seed,
+        "settings": to_dict(settings),
+        "version": version(),
+    }
     if output.suffix.lower() == ".exr":
         write_exr(output, renderer.linear(), facts)
     else:
@@ -87,17 +101,25 @@ def shot(options: argparse.Namespace) -> int:
 
 def plan(options: argparse.Namespace) -> int:
     """Say what would run, what would not, and why. Needs no GPU."""
-    from .frame.pipeline import frame_plan  # noqa: PLC0415
-    from .scene.facts import frame_facts, near_plane, scene_facts  # noqa: PLC0415
-    from .session import open_scene, scene_bounds  # noqa: PLC0415
+    from .frame.pipeline import frame_plan
+    from .scene.facts import frame_facts, near_plane, scene_facts
+    from .session import open_scene, scene_bounds
 
     scene, triangles = open_scene(options.scene, _progress)
     bounds = scene_bounds(triangles)
     viewpoint, settings = _viewpoint(options, scene, bounds, _given(options))
-    facts = frame_facts(scene_facts(scene, *bounds), viewpoint.camera, settings.lens, options.size[1], near_plane(*bounds))
+    facts = frame_facts(
+        scene_facts(scene, *bounds), viewpoint.camera, settings.lens, options.size[1], near_plane(*bounds)
+    )
     frame = frame_plan(options.view, settings, facts)
-    print(f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: aperture {settings.lens.aperture:g} m, focus {settings.lens.focus_distance:g} m")
-    print(f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus and {facts.far_coc_px:.1f} px behind it (radius)")
+    print(
+        f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: "
+        f"aperture {settings.lens.aperture:g} m, focus {settings.lens.focus_distance:g} m"
+    )
+    print(
+        f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus "
+        f"and {facts.far_coc_px:.1f} px behind it (radius)"
+    )
     for call in frame.calls:
         defines = " ".join(f"{name}={value}" for name, value in call.defines if value)
         print(f"  runs   {call.step.name:<16}{call.reason}{'; ' + defines if defines else ''}")
@@ -108,8 +130,8 @@ def plan(options: argparse.Namespace) -> int:
 
 def info(options: argparse.Namespace) -> int:
     """Say what loading saw, changed and dropped, and what the scene costs in memory."""
-    from .bvh.cache import load_or_build  # noqa: PLC0415
-    from .session import open_scene, scene_bounds  # noqa: PLC0415
+    from .bvh.cache import load_or_build
+    from .session import open_scene, scene_bounds
 
     scene, triangles = open_scene(options.scene, _progress)
     report = scene.report
@@ -117,18 +139,33 @@ def info(options: argparse.Namespace) -> int:
     begin = time.perf_counter()
     bvh, cache_notes = load_or_build(triangles.positions, triangles.indices, _progress)
     bvh_seconds = time.perf_counter() - begin
-    print(f"{options.scene}: {report.triangles} triangles, {report.vertices} vertices, loaded in {report.seconds:.2f} s")
-    print(f"  meshes {len(scene.meshes)}, instances {len(scene.instances)}, materials {len(scene.materials)}, images {len(scene.images)}, lights {len(scene.lights)}, cameras {len(scene.cameras)}")
-    print(f"  bounds from ({low[0]:.3g}, {low[1]:.3g}, {low[2]:.3g}) to ({high[0]:.3g}, {high[1]:.3g}, {high[2]:.3g}) m")
+    print(
+        f"{options.scene}: {report.triangles} triangles, {report.vertices} vertices, loaded in {report.seconds:.2f} s"
+    )
+    print(
+        f"  meshes {len(scene.meshes)}, instances {len(scene.instances)}, materials {len(scene.materials)}, "
+        f"images {len(scene.images)}, lights {len(scene.lights)}, cameras {len(scene.cameras)}"
+    )
+    print(
+        f"  bounds from ({low[0]:.3g}, {low[1]:.3g}, {low[2]:.3g}) to ({high[0]:.3g}, {high[1]:.3g}, {high[2]:.3g}) m"
+    )
     print(f"  degenerate triangles dropped: {report.degenerate}; drawn: {len(triangles.indices)}")
     print(
-        f"  BVH: {bvh.stats.inner_nodes} inner nodes, {bvh.stats.leaves} leaves, depth {bvh.depth}, SAH cost {bvh.stats.sah_cost:.1f} triangle tests; "
+        f"  BVH: {bvh.stats.inner_nodes} inner nodes, {bvh.stats.leaves} leaves, depth {bvh.depth}, "
+        f"SAH cost {bvh.stats.sah_cost:.1f} triangle tests; "
         f"ready in {bvh_seconds:.2f} s (built in {bvh.stats.seconds:.2f} s)"
     )
     vertex_bytes, index_bytes = 32 * len(triangles.positions), 12 * len(triangles.indices)
-    print(f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh.nodes.nbytes + (16 + 48) * len(bvh.order))}, images {_mib(sum(i.pixels.nbytes for i in scene.images))} (as 8-bit)")
+    bvh_bytes, image_bytes = bvh.nodes.nbytes + (16 + 48) * len(bvh.order), sum(i.pixels.nbytes for i in scene.images)
+    print(
+        f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh_bytes)}, "
+        f"images {_mib(image_bytes)} (as 8-bit)"
+    )
     for camera in scene.cameras:
-        print(f"  camera {camera.name or '(unnamed)'}: {camera.fov_y_deg:.1f} degrees" + (f", focus {camera.focus_distance:g} m" if camera.focus_distance else ""))
+        print(
+            f"  camera {camera.name or '(unnamed)'}: {camera.fov_y_deg:.1f} degrees"
+            + (f", focus {camera.focus_distance:g} m" if camera.focus_distance else "")
+        )
     for note in (*report.notes, *cache_notes):
         print(f"  note: {note}")
     return 0
@@ -136,8 +173,8 @@ def info(options: argparse.Namespace) -> int:
 
 def doctor(options: argparse.Namespace) -> int:
     """Driver, limits and the timer's self-test."""
-    from .gpu.context import device_name, headless_context, is_software  # noqa: PLC0415
-    from .gpu.timing import self_test  # noqa: PLC0415
+    from .gpu.context import device_name, headless_context, is_software
+    from .gpu.timing import self_test
 
     ctx = headless_context()
     source, query_ms, clock_ms = self_test(ctx)
@@ -145,7 +182,8 @@ def doctor(options: argparse.Namespace) -> int:
     for package in ("moderngl", "moderngl-window", "imgui-bundle", "pyrr", "trimesh", "numpy"):
         print(f"  {package} {metadata.version(package)}")
     print(f"device: {device_name(ctx)}")
-    print(f"  vendor: {ctx.info['GL_VENDOR']}; {'a software rasteriser: its milliseconds say nothing about GPUs' if is_software(ctx) else 'hardware'}")
+    software = "a software rasteriser: its milliseconds say nothing about GPUs"
+    print(f"  vendor: {ctx.info['GL_VENDOR']}; {software if is_software(ctx) else 'hardware'}")
     limits = {
         "storage block": _mib(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
         "texture side": f"{ctx.info['GL_MAX_TEXTURE_SIZE']} px",
@@ -161,7 +199,7 @@ def doctor(options: argparse.Namespace) -> int:
 
 def scenes(options: argparse.Namespace) -> int:
     """List the built-in scenes."""
-    from .scene.gallery import SCENES  # noqa: PLC0415
+    from .scene.gallery import SCENES
 
     for entry in SCENES:
         print(f"{entry.name:<16}{entry.description}")
@@ -169,13 +207,15 @@ def scenes(options: argparse.Namespace) -> int:
 
 
 def _given(options: argparse.Namespace) -> dict[str, Any]:
-    from .cli import given_settings  # noqa: PLC0415
+    from .cli import given_settings
 
     return given_settings(options)
 
 
-def _viewpoint(options: argparse.Namespace, scene: Any, bounds: Any, given: dict[str, Any]) -> tuple[Viewpoint, Settings]:
-    from .session import focused, viewpoints  # noqa: PLC0415
+def _viewpoint(
+    options: argparse.Namespace, scene: Any, bounds: Any, given: dict[str, Any]
+) -> tuple[Viewpoint, Settings]:
+    from .session import focused, viewpoints
 
     view = read_viewpoint(options.camera) if options.camera else viewpoints(scene, bounds)[0]
     return view, focused(Settings(), view, given)
@@ -186,13 +226,16 @@ def _batches(total: int, batch: int) -> list[int]:
 
 
 def _with_samples(settings: Settings, samples: int) -> Settings:
-    from .settings import put  # noqa: PLC0415
+    from .settings import put
 
     return put(settings, "rays.samples_per_frame", samples)  # type: ignore[no-any-return]
 
 
 def _listed(frame: Any) -> dict[str, str]:
-    return {**{c.step.name: f"runs: {c.reason}" for c in frame.calls}, **{s.name: f"skipped: {s.reason}" for s in frame.skipped}}
+    return {
+        **{c.step.name: f"runs: {c.reason}" for c in frame.calls},
+        **{s.name: f"skipped: {s.reason}" for s in frame.skipped},
+    }
 
 
 def _mib(count: int) -> str:

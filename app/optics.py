@@ -1,11 +1,13 @@
 """The thin lens, exact, in float64: the twin of glsl/lib/coc.glsl and glsl/lib/lens.glsl.
 
-One derivation serves everything. A point at planar depth z, seen from the lens point (A/2) u instead of the lens centre, is seen on the
-focal plane (depth d) displaced by (A/2) u (1 - d/z). One metre on that plane is H / (2 d tan(fov/2)) pixels, so the image moves by
+One derivation serves everything. A point at planar depth z, seen from the lens point (A/2) u instead of the lens
+centre, is seen on the focal plane (depth d) displaced by (A/2) u (1 - d/z). One metre on that plane is H / (2 d
+tan(fov/2)) pixels, so the image moves by
 
     u * K (1/d - 1/z)  pixels,   K = A H / (4 tan(fov/2)),
 
-and the circle of confusion is the disc of those displacements: radius |coc|, signed, negative in front of the focal plane.
+and the circle of confusion is the disc of those displacements: radius |coc|, signed, negative in front of the focal
+plane.
 """
 
 from __future__ import annotations
@@ -17,23 +19,25 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-SKY_DEPTH = 1e9  # m; where nothing was hit. Finite, so that no filter meets an infinity; its CoC differs from the limit by 1e-9 K
+# Where nothing was hit [m]. Finite, so that no filter meets an infinity; its CoC differs from the limit by 1e-9 K.
+SKY_DEPTH = 1e9
 
-IN_FOCUS_COC_PX = math.sqrt(2.0) / 2.0  # radius of the poster's focus zone: a CoC diameter below sqrt(2) px blurs less than a pixel's diagonal
+# Radius of the poster's focus zone: a CoC diameter below sqrt(2) px blurs less than a pixel's diagonal.
+IN_FOCUS_COC_PX = math.sqrt(2.0) / 2.0
 
 
 def coc_scale_px(aperture: float, height_px: float, fov_y: float) -> float:
-    """K [px m] for a lens of diameter `aperture` [m], an image `height_px` high and a vertical field of view `fov_y` [rad]."""
+    """K [px m] of a lens `aperture` [m] wide, an image `height_px` high and a vertical field of view `fov_y` [rad]."""
     return aperture * height_px / (4.0 * math.tan(fov_y / 2.0))
 
 
 def coc_px(z: ArrayLike, scale_px: ArrayLike, inverse_focus: ArrayLike) -> Array:
-    """Signed CoC radius [px] at planar depth `z` [m] for K = `scale_px` and 1/d = `inverse_focus` [1/m]; z = inf gives K/d."""
+    """Signed CoC radius [px] at planar depth `z` [m] for K = `scale_px`, 1/d = `inverse_focus` [1/m]; z may be inf."""
     return np.asarray(scale_px) * (np.asarray(inverse_focus) - 1.0 / np.asarray(z, np.float64))
 
 
 def depth_of_coc(coc: ArrayLike, scale_px: ArrayLike, inverse_focus: ArrayLike) -> Array:
-    """Planar depth [m] at which the signed CoC radius is `coc` [px]: the inverse of `coc_px` (inf or negative beyond its limit K/d)."""
+    """Planar depth [m] whose signed CoC radius is `coc` [px]: inverts `coc_px` (inf or negative from K/d onwards)."""
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / (np.asarray(inverse_focus) - np.asarray(coc, np.float64) / np.asarray(scale_px)))
 
@@ -77,7 +81,9 @@ def polygon_point(square: ArrayLike, blades: int, rotation: float) -> Array:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1)
 
 
-def lens_point(square: ArrayLike, blades: int = 0, rotation: float = 0.0, anamorphic: float = 1.0, aberration: float = 0.0) -> Array:
+def lens_point(
+    square: ArrayLike, blades: int = 0, rotation: float = 0.0, anamorphic: float = 1.0, aberration: float = 0.0
+) -> Array:
     """Point (n, 2) of the aperture, in units of its half diameter, from a point of the unit square (n, 2).
 
     `blades` < 3 is a disc. Spherical aberration redistributes the enclosed area; the anamorphic squeeze narrows x.
@@ -93,7 +99,7 @@ def lens_point(square: ArrayLike, blades: int = 0, rotation: float = 0.0, anamor
     else:
         redistributed = np.stack([square[..., 0], aberrated_area(square[..., 1], aberration)], -1)
         point = polygon_point(redistributed, blades, rotation)
-    return point / np.array([anamorphic, 1.0])
+    return np.asarray(point / np.array([anamorphic, 1.0]))
 
 
 def lens_gauge(offset: ArrayLike, blades: int = 0, rotation: float = 0.0, anamorphic: float = 1.0) -> Array:

@@ -1,4 +1,6 @@
-"""Pictures on disk: tone-mapped PNG with its settings, linear EXR. Written beside their final name and renamed, so that none is half there."""
+"""Pictures on disk: tone-mapped PNG with its settings, linear EXR. Written beside their final name and renamed, so that
+none is half there.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,11 @@ def write_png(path: str | Path, rgb: np.ndarray, metadata: Mapping[str, Any]) ->
 def write_exr(path: str | Path, linear: np.ndarray, metadata: Mapping[str, Any]) -> None:
     """Write (h, w, 3) float32 linear radiance, top row first. Raises UserError without the `exr` extra."""
     exr = _openexr()
-    header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage, "comments": json.dumps(metadata, sort_keys=True)}
+    header = {
+        "compression": exr.ZIP_COMPRESSION,
+        "type": exr.scanlineimage,
+        "comments": json.dumps(metadata, sort_keys=True),
+    }
     channels = {"RGB": np.ascontiguousarray(linear, np.float32)}
     write_atomically(path, lambda temporary: exr.File(header, channels).write(temporary))
 
@@ -59,7 +65,9 @@ def write_json(path: str | Path, values: Mapping[str, Any]) -> None:
 
 
 def write_atomically(path: str | Path, write: Callable[[str], object]) -> None:
-    """Let `write` fill a temporary file in the same folder, then rename it. Raises UserError naming the file; leaves nothing behind."""
+    """Let `write` fill a temporary file in the same folder, then rename it. Raises UserError naming the file; leaves
+    nothing behind.
+    """
     path = Path(path)
     try:
         handle, temporary = tempfile.mkstemp(suffix=path.suffix, prefix=f".{path.stem}-", dir=path.parent or Path())
@@ -84,7 +92,7 @@ def _umask() -> int:
 
 def _openexr() -> Any:
     try:
-        import OpenEXR  # noqa: PLC0415  optional, and slow to import
+        import OpenEXR
     except ImportError:
         raise UserError("writing .exr needs OpenEXR: pip install 'hybrid-dof[exr]', or name a .png") from None
     return OpenEXR

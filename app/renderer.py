@@ -39,7 +39,15 @@ class _Progress:
 class Renderer:
     """Draws views of one scene at one size. Two renderers may share a GpuScene (split screen)."""
 
-    def __init__(self, ctx: moderngl.Context, scene: GpuScene, size: tuple[int, int], *, seed: int = 0, timing_source: str | None = None) -> None:
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        scene: GpuScene,
+        size: tuple[int, int],
+        *,
+        seed: int = 0,
+        timing_source: str | None = None,
+    ) -> None:
         self._ctx, self.scene, self.seed = ctx, scene, seed
         self._targets = Targets(ctx, size)
         self._programs = Programs(ctx)
@@ -57,9 +65,11 @@ class Renderer:
         self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
         self.camera_moved = False
 
-    # -- what users call ---------------------------------------------------------------------------------------------------------------
+    # -- what users call -----------------------------------------------------------------------------------------------
 
-    def draw(self, view: str, camera: Camera, settings: Settings, *, time_budget_ms: float | None = None) -> moderngl.Texture:
+    def draw(
+        self, view: str, camera: Camera, settings: Settings, *, time_budget_ms: float | None = None
+    ) -> moderngl.Texture:
         """Draw one frame of `view` (a view or a target's name) and return the `display` texture, bottom row first.
 
         A still camera and unchanged settings accumulate. With a time budget the traced view does as many rows as fit.
@@ -113,7 +123,9 @@ class Renderer:
         return np.ascontiguousarray(self.read(linear_target(self.plan))[::-1, :, :3])
 
     def depth_at(self, x: int, y: int) -> float:
-        """Planar depth [m] under a pixel counted from the top left; SKY_DEPTH where nothing is. Needs a frame that drew a G-buffer."""
+        """Planar depth [m] under a pixel counted from the top left; SKY_DEPTH where nothing is. Needs a frame that drew
+        a G-buffer.
+        """
         width, height = self.size
         row = height - 1 - min(max(y, 0), height - 1)
         return float(self._targets.read("depth")[row, min(max(x, 0), width - 1), 0])
@@ -149,7 +161,7 @@ class Renderer:
         self._programs.release()
         self._frame_buffer.release()
 
-    # -- one frame ---------------------------------------------------------------------------------------------------------------------
+    # -- one frame -----------------------------------------------------------------------------------------------------
 
     def _begin_frame(self, view: str, camera: Camera, settings: Settings, time_budget_ms: float | None) -> Facts:
         key = (view, history_key(settings), self.size, id(self.scene))
@@ -162,7 +174,9 @@ class Renderer:
         self._previous = self._camera or camera
         moved = camera != self._previous
         unsampled = view == "traced" and time_budget_ms is not None and self._progress.samples == 0
-        return frame_facts(self.scene.facts, camera, settings.lens, self.size[1], self.scene.near_plane, moved, unsampled)
+        return frame_facts(
+            self.scene.facts, camera, settings.lens, self.size[1], self.scene.near_plane, moved, unsampled
+        )
 
     def _planned(self, view: str, settings: Settings, facts: Facts) -> FramePlan:
         key = (view, settings, facts)
@@ -174,7 +188,9 @@ class Renderer:
         assert self.plan is not None
         return self.plan
 
-    def _inputs(self, view: str, camera: Camera, settings: Settings, plan: FramePlan, time_budget_ms: float | None) -> FrameInputs:
+    def _inputs(
+        self, view: str, camera: Camera, settings: Settings, plan: FramePlan, time_budget_ms: float | None
+    ) -> FrameInputs:
         return FrameInputs(
             camera=camera,
             previous=self._previous or camera,
@@ -234,7 +250,9 @@ class Renderer:
                 if f"out_{target}" in compiled.active:
                     self._targets.texture(target).bind_to_image(image, read=target in call.step.updates, write=True)
                     program[f"out_{target}"] = image
-        blocks = {name: self._targets.buffer(name) for name in (*call.step.buffers, *call.step.fills)} | self.scene.blocks
+        blocks = {
+            name: self._targets.buffer(name) for name in (*call.step.buffers, *call.step.fills)
+        } | self.scene.blocks
         for binding, name in enumerate(sorted(compiled.active & blocks.keys())):
             program[name].binding = binding
             blocks[name].bind_to_storage_buffer(binding)

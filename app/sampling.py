@@ -1,8 +1,8 @@
 """Low-discrepancy points: Owen-scrambled Sobol in four dimensions. Bit-exact twin of glsl/lib/sampling.glsl.
 
-Dimensions 0 and 1 place a sample on the lens, 2 and 3 within the pixel. Direction numbers: Joe and Kuo 2008, first four dimensions. The
-scramble is a hash that only lets higher bits depend on lower ones after bit reversal (Laine and Karras 2011), so every power-of-two prefix
-stays stratified.
+Dimensions 0 and 1 place a sample on the lens, 2 and 3 within the pixel. Direction numbers: Joe and Kuo 2008, first four
+dimensions. The scramble is a hash that only lets higher bits depend on lower ones after bit reversal (Laine and Karras
+2011), so every power-of-two prefix stays stratified.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 U32 = NDArray[np.uint32]
 
 _BITS = 32
-#: (degree, coefficients, first m values) of the primitive polynomials of dimensions 1 to 3; dimension 0 is van der Corput's
+#: (degree, coefficients, first m values) of the primitive polynomials of dimensions 1 to 3; dimension 0 is van der
+# Corput's
 _POLYNOMIALS = ((1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)))
 
 
@@ -57,7 +58,9 @@ def reverse_bits(x: ArrayLike) -> U32:
 
 
 def owen_scramble(x: ArrayLike, seed: ArrayLike) -> U32:
-    """A random digit scramble in base 2 of 32-bit fractions (Laine and Karras 2011, section 3.1, with a stronger mix)."""
+    """A random digit scramble in base 2 of 32-bit fractions (Laine and Karras 2011, section 3.1, with a stronger
+    mix).
+    """
     seed = np.asarray(seed, np.uint32)
     with np.errstate(over="ignore"):
         v = reverse_bits(x)
@@ -81,6 +84,8 @@ def sobol4(index: ArrayLike, seed: ArrayLike) -> NDArray[np.float64]:
 
 
 def r2(index: int) -> tuple[float, float]:
-    """Point of the R2 sequence (Roberts 2018) in -0.5..0.5, the first one at the centre: sub-pixel jitter over frames."""
+    """Point of the R2 sequence (Roberts 2018) in -0.5..0.5, the first one at the centre: sub-pixel jitter over
+    frames.
+    """
     plastic = 1.32471795724474602596  # the real root of x^3 = x + 1
     return ((0.5 + index / plastic) % 1.0 - 0.5, (0.5 + index / plastic**2) % 1.0 - 0.5)

@@ -39,7 +39,9 @@ def load_gpu_scene(ctx: moderngl.Context, name: str, progress: Progress | None =
 def viewpoints(scene: Scene, triangles_bounds: tuple[np.ndarray, np.ndarray]) -> list[Viewpoint]:
     """The scene's own cameras, or one that frames its bounds if it has none."""
     own = [
-        Viewpoint(look_at(c.eye, c.target, c.up, c.fov_y_deg), c.focus_distance, c.aperture, c.name or f"camera {i + 1}")
+        Viewpoint(
+            look_at(c.eye, c.target, c.up, c.fov_y_deg), c.focus_distance, c.aperture, c.name or f"camera {i + 1}"
+        )
         for i, c in enumerate(scene.cameras)
     ]
     return own or [framing(*triangles_bounds)]

@@ -1,7 +1,7 @@
 """Every setting, defined once: default, range, unit, meaning, and how the GPU takes it.
 
-Command-line flags, panel widgets, presets, picture metadata, tests and the history-reset key are all derived from these classes by `walk`.
-A new setting is one line here. Settings are frozen values: `put` returns changed ones.
+Command-line flags, panel widgets, presets, picture metadata, tests and the history-reset key are all derived from these
+classes by `walk`. A new setting is one line here. Settings are frozen values: `put` returns changed ones.
 """
 
 from __future__ import annotations
@@ -26,8 +26,11 @@ def knob(
     static: bool = False,
     resets: bool = True,
 ) -> Any:
-    """A settings leaf. `static`: compiled into the shaders, else a uniform. `resets`: changing it invalidates accumulated samples."""
-    return field(default=default, metadata={"low": low, "high": high, "unit": unit, "doc": doc, "log": log, "static": static, "resets": resets})
+    """A settings leaf. `static`: compiled in, else a uniform. `resets`: changing it invalidates accumulated samples."""
+    return field(
+        default=default,
+        metadata={"low": low, "high": high, "unit": unit, "doc": doc, "log": log, "static": static, "resets": resets},
+    )
 
 
 class ShadingMode(Enum):
@@ -47,65 +50,128 @@ class ToneMap(Enum):
 
 @dataclass(frozen=True)
 class Lens:
-    aperture: float = knob(0.05, 0.0, 1.0, unit="m", doc="Diameter of the lens opening; 0 is a pinhole and blurs nothing.")
-    focus_distance: float = knob(2.0, 1e-3, 1e6, unit="m", doc="Planar distance of the plane in perfect focus.", log=True)
+    aperture: float = knob(
+        0.05, 0.0, 1.0, unit="m", doc="Diameter of the lens opening; 0 is a pinhole and blurs nothing."
+    )
+    focus_distance: float = knob(
+        2.0, 1e-3, 1e6, unit="m", doc="Planar distance of the plane in perfect focus.", log=True
+    )
     blades: int = knob(0, 0, 16, doc="Sides of the aperture polygon; below 3 it is a circle.")
     rotation: float = knob(0.0, -180.0, 180.0, unit="deg", doc="Turns the aperture counter-clockwise.")
-    anamorphic: float = knob(1.0, 0.25, 4.0, doc="Horizontal squeeze of the aperture: above 1 makes tall, narrow bokeh.", log=True)
-    spherical_aberration: float = knob(0.0, -1.0, 1.0, doc="Brightness of the bokeh's rim (positive) against its centre (negative).")
+    anamorphic: float = knob(
+        1.0, 0.25, 4.0, doc="Horizontal squeeze of the aperture: above 1 makes tall, narrow bokeh.", log=True
+    )
+    spherical_aberration: float = knob(
+        0.0, -1.0, 1.0, doc="Brightness of the bokeh's rim (positive) against its centre (negative)."
+    )
 
 
 @dataclass(frozen=True)
 class Post:
-    max_coc: float = knob(0.12, 0.01, 0.3, unit="of height", doc="Largest circle-of-confusion radius that the post-process gathers.")
-    rings: int = knob(4, 2, 8, doc="Rings of the gather kernel: the number of taps grows with their square.", static=True)
-    layer_fade: float = knob(2.0, 0.25, 16.0, unit="px", doc="CoC difference over which the presort moves a sample from fore- to background.")
-    slight_focus: bool = knob(True, doc="Blur slight defocus at full resolution, where half resolution would alias.", static=True)
+    max_coc: float = knob(
+        0.12, 0.01, 0.3, unit="of height", doc="Largest circle-of-confusion radius that the post-process gathers."
+    )
+    rings: int = knob(
+        4, 2, 8, doc="Rings of the gather kernel: the number of taps grows with their square.", static=True
+    )
+    layer_fade: float = knob(
+        2.0, 0.25, 16.0, unit="px", doc="CoC difference over which the presort moves a sample from fore- to background."
+    )
+    slight_focus: bool = knob(
+        True, doc="Blur slight defocus at full resolution, where half resolution would alias.", static=True
+    )
     median: bool = knob(True, doc="3x3 median after the gather, against its sampling noise.", static=True)
 
 
 @dataclass(frozen=True)
 class Mask:
-    sensitivity: float = knob(1.0, 0.01, 100.0, doc="s of the mask response 1 - 1/(s x + 1) to the Sobel gradient x.", log=True)
-    smoothing: float = knob(1.0, 0.0, 3.0, unit="px", doc="Standard deviation of the Gaussian applied to the G-buffer before the Sobel filter.")
+    sensitivity: float = knob(
+        1.0, 0.01, 100.0, doc="s of the mask response 1 - 1/(s x + 1) to the Sobel gradient x.", log=True
+    )
+    smoothing: float = knob(
+        1.0,
+        0.0,
+        3.0,
+        unit="px",
+        doc="Standard deviation of the Gaussian applied to the G-buffer before the Sobel filter.",
+    )
     threshold: float = knob(0.1, 0.0, 1.0, doc="Mask responses below this get no rays.")
 
 
 @dataclass(frozen=True)
 class Rays:
-    budget: float = knob(4.0, 0.25, 64.0, unit="rays", doc="Mean lens rays per masked pixel and frame (hybrid).", log=True)
+    budget: float = knob(
+        4.0, 0.25, 64.0, unit="rays", doc="Mean lens rays per masked pixel and frame (hybrid).", log=True
+    )
     max_per_pixel: int = knob(16, 1, 256, unit="rays", doc="Most lens rays for one masked pixel in a frame (hybrid).")
-    focus_blend: float = knob(1.0, 0.05, 8.0, unit="px", doc="CoC radius over which a hit passes from the near to the far layer.", log=True)
-    history: float = knob(0.05, 0.005, 1.0, doc="Smallest weight of the newest frame in the accumulation of near and far rays.", log=True)
-    samples_per_frame: int = knob(1, 1, 64, doc="Lens samples per pixel that the ray-traced view adds each frame.", resets=False)
+    focus_blend: float = knob(
+        1.0, 0.05, 8.0, unit="px", doc="CoC radius over which a hit passes from the near to the far layer.", log=True
+    )
+    history: float = knob(
+        0.05, 0.005, 1.0, doc="Smallest weight of the newest frame in the accumulation of near and far rays.", log=True
+    )
+    samples_per_frame: int = knob(
+        1, 1, 64, doc="Lens samples per pixel that the ray-traced view adds each frame.", resets=False
+    )
 
 
 @dataclass(frozen=True)
 class Blend:
-    hit_ratio: float = knob(0.9, 0.01, 1.0, doc="Far field: traced colour is used below this near-hit ratio, the post-process above.")
-    specular: float = knob(4.0, 0.1, 100.0, doc="Near field: specular luminance from which bright bokeh takes the post-process colour.", log=True)
+    hit_ratio: float = knob(
+        0.9, 0.01, 1.0, doc="Far field: traced colour is used below this near-hit ratio, the post-process above."
+    )
+    specular: float = knob(
+        4.0,
+        0.1,
+        100.0,
+        doc="Near field: specular luminance from which bright bokeh takes the post-process colour.",
+        log=True,
+    )
 
 
 @dataclass(frozen=True)
 class Shading:
-    mode: ShadingMode = knob(ShadingMode.LIT, doc="lit: glTF metallic-roughness. unlit: base colour only, to compare with other renderers.", static=True)
-    background: tuple[float, float, float] = knob((0.5, 0.6, 0.7), 0.0, 100.0, doc="Linear colour where no surface is seen (unlit mode).")
+    mode: ShadingMode = knob(
+        ShadingMode.LIT,
+        doc="lit: glTF metallic-roughness. unlit: base colour only, to compare with other renderers.",
+        static=True,
+    )
+    background: tuple[float, float, float] = knob(
+        (0.5, 0.6, 0.7), 0.0, 100.0, doc="Linear colour where no surface is seen (unlit mode)."
+    )
     shadows: bool = knob(True, doc="The sun casts shadows.", static=True)
     exposure: float = knob(0.0, -10.0, 10.0, unit="EV", doc="Brightness before tone mapping, in stops.", resets=False)
-    tone_map: ToneMap = knob(ToneMap.LINEAR, doc="linear clips; aces compresses highlights; neutral keeps hues.", static=True, resets=False)
+    tone_map: ToneMap = knob(
+        ToneMap.LINEAR, doc="linear clips; aces compresses highlights; neutral keeps hues.", static=True, resets=False
+    )
 
 
 @dataclass(frozen=True)
 class Temporal:
     antialias: bool = knob(True, doc="Jitter the samples within the pixel and accumulate frames.", static=True)
-    alpha: float = knob(0.1, 0.01, 1.0, doc="Weight of the newest frame while the camera moves; a still camera averages all frames.", log=True, resets=False)
+    alpha: float = knob(
+        0.1,
+        0.01,
+        1.0,
+        doc="Weight of the newest frame while the camera moves; a still camera averages all frames.",
+        log=True,
+        resets=False,
+    )
 
 
 @dataclass(frozen=True)
 class Overlay:
     focus_plane: bool = knob(False, doc="Tint what lies within the focus zone.", resets=False)
-    range_low: float = knob(0.0, -1000.0, 1000.0, doc="Target viewer: value at the start of the colour map.", resets=False)
-    range_high: float = knob(0.0, -1000.0, 1000.0, doc="Target viewer: value at its end; equal to the start: the target's own range.", resets=False)
+    range_low: float = knob(
+        0.0, -1000.0, 1000.0, doc="Target viewer: value at the start of the colour map.", resets=False
+    )
+    range_high: float = knob(
+        0.0,
+        -1000.0,
+        1000.0,
+        doc="Target viewer: value at its end; equal to the start: the target's own range.",
+        resets=False,
+    )
 
 
 @dataclass(frozen=True)
@@ -121,7 +187,9 @@ class Settings:
 
 
 def walk(group: Any, prefix: str = "") -> Iterator[tuple[str, Field[Any], Any]]:
-    """Yield (dotted path, field, value) for every leaf: the one traversal that everything derived from settings shares."""
+    """Yield (dotted path, field, value) for every leaf: the one traversal that everything derived from settings
+    shares.
+    """
     for f in fields(group):
         value = getattr(group, f.name)
         if is_dataclass(value):
@@ -139,7 +207,9 @@ def put(group: Any, path: str, value: Any) -> Any:
 
 
 def parse(path: str, text: str, leaf: Field[Any]) -> Any:
-    """The value that `text` means for a leaf, checked against its range. Raises UserError naming the option and what is allowed."""
+    """The value that `text` means for a leaf, checked against its range. Raises UserError naming the option and what is
+    allowed.
+    """
     default = leaf.default
     try:
         value = _convert(text, default)
@@ -156,7 +226,16 @@ def parse(path: str, text: str, leaf: Field[Any]) -> Any:
 
 def _convert(text: str, default: Any) -> Any:
     if isinstance(default, bool):
-        return {"1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False}[text.lower()]
+        return {
+            "1": True,
+            "true": True,
+            "on": True,
+            "yes": True,
+            "0": False,
+            "false": False,
+            "off": False,
+            "no": False,
+        }[text.lower()]
     if isinstance(default, Enum):
         return type(default)(text.lower())
     if isinstance(default, tuple):

@@ -9,7 +9,6 @@ from .post import blurred, lens_defines
 from .raster import shading_defines
 from .records import Defines, Need, Pass
 
-
 RAYS_BEGIN_PX = 2.0  # CoC radius from which rays gain on the post-process: glsl/lib/mask.glsl
 
 
@@ -20,7 +19,9 @@ def partly_occluded(settings: Settings, facts: Facts) -> Need:
     if facts.near_coc_px <= IN_FOCUS_COC_PX:
         return Need(False, "nothing is nearer than the focus zone, so nothing blurred can be seen through")
     if facts.near_coc_px <= RAYS_BEGIN_PX:
-        return Need(False, f"near circles of confusion stay below {RAYS_BEGIN_PX:g} px in radius, which the post-process gathers at full resolution")
+        return Need(
+            False, f"near blur stays below {RAYS_BEGIN_PX:g} px, which the post-process gathers at full resolution"
+        )
     return Need(True, f"near circles of confusion reach {facts.near_coc_px:.0f} px in radius")
 
 
@@ -32,12 +33,53 @@ def trace_defines(settings: Settings, facts: Facts) -> Defines:
 ONE_GROUP = (1 << 16, 1 << 16)  # a work group that covers every picture: the pass runs once
 
 HYBRID = (
-    Pass("mask_edges", "dof/mask_edges.comp", reads=("normal", "coc", "tiles"), writes=("mask_edges", "mask_tiles"), needed=partly_occluded),
-    Pass("reach_rows", "dof/mask_reach.comp", reads=("reach=mask_tiles",), writes=("mask_reach_row",), defines=lambda s, f: (("AXIS", 0),), needed=partly_occluded),
-    Pass("reach_columns", "dof/mask_reach.comp", reads=("reach=mask_reach_row",), writes=("mask_reach",), defines=lambda s, f: (("AXIS", 1),), needed=partly_occluded),
-    Pass("mask_rows", "dof/mask_rows.comp", reads=("mask_edges", "mask_reach"), writes=("mask_rows",), needed=partly_occluded),
-    Pass("mask", "dof/mask.comp", reads=("mask_rows", "mask_reach"), writes=("mask",), fills=("RayHistogram",), needed=partly_occluded),
-    Pass("ray_budget", "dof/ray_budget.comp", buffers=("RayHistogram",), fills=("RayBudget",), grid="mask", group=ONE_GROUP, needed=partly_occluded),
+    Pass(
+        "mask_edges",
+        "dof/mask_edges.comp",
+        reads=("normal", "coc", "tiles"),
+        writes=("mask_edges", "mask_tiles"),
+        needed=partly_occluded,
+    ),
+    Pass(
+        "reach_rows",
+        "dof/mask_reach.comp",
+        reads=("reach=mask_tiles",),
+        writes=("mask_reach_row",),
+        defines=lambda s, f: (("AXIS", 0),),
+        needed=partly_occluded,
+    ),
+    Pass(
+        "reach_columns",
+        "dof/mask_reach.comp",
+        reads=("reach=mask_reach_row",),
+        writes=("mask_reach",),
+        defines=lambda s, f: (("AXIS", 1),),
+        needed=partly_occluded,
+    ),
+    Pass(
+        "mask_rows",
+        "dof/mask_rows.comp",
+        reads=("mask_edges", "mask_reach"),
+        writes=("mask_rows",),
+        needed=partly_occluded,
+    ),
+    Pass(
+        "mask",
+        "dof/mask.comp",
+        reads=("mask_rows", "mask_reach"),
+        writes=("mask",),
+        fills=("RayHistogram",),
+        needed=partly_occluded,
+    ),
+    Pass(
+        "ray_budget",
+        "dof/ray_budget.comp",
+        buffers=("RayHistogram",),
+        fills=("RayBudget",),
+        grid="mask",
+        group=ONE_GROUP,
+        needed=partly_occluded,
+    ),
     Pass(
         "ray_list",
         "dof/ray_list.comp",

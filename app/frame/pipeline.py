@@ -11,6 +11,8 @@ Any other target's name is a view too: the plan then holds just the passes that 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..errors import UserError
 from ..scene.facts import Facts
 from ..settings import Settings
@@ -36,7 +38,9 @@ PASSES = (*RASTER, *POST, *HYBRID, *TRACED, *REFERENCE)
 
 
 def color_target(view: str, settings: Settings, facts: Facts) -> str:
-    """The linear picture of a view, simplified to what the scene calls for: hybrid without rays is post, post without blur is sharp."""
+    """The linear picture of a view, simplified to what the scene calls for: hybrid without rays is post, post without
+    blur is sharp.
+    """
     if view == "hybrid":
         return "hybrid" if partly_occluded(settings, facts).runs else color_target("post", settings, facts)
     if view == "post":
@@ -45,11 +49,17 @@ def color_target(view: str, settings: Settings, facts: Facts) -> str:
 
 
 def frame_plan(view: str, settings: Settings, facts: Facts) -> FramePlan:
-    """The plan that ends in the `display` target for a view or for any target's name. Raises UserError for an unknown view."""
+    """The plan that ends in the `display` target for a view or for any target's name. Raises UserError for an unknown
+    view.
+    """
     if view not in VIEWS:
         return target_plan(view, settings, facts)
     color = color_target(view, settings, facts)
-    tail = (resolve_pass(color), display_pass("resolved", settings, facts)) if settings.temporal.antialias and view not in CONVERGING else (display_pass(color, settings, facts),)
+    tail = (
+        (resolve_pass(color), display_pass("resolved", settings, facts))
+        if settings.temporal.antialias and view not in CONVERGING
+        else (display_pass(color, settings, facts),)
+    )
     return plan((*PASSES, *tail), "display", settings, facts)
 
 
@@ -58,10 +68,17 @@ def target_plan(target: str, settings: Settings, facts: Facts) -> FramePlan:
     if target not in TARGETS or target in ("display", "resolved"):
         names = ", ".join((*VIEWS, *(t for t in TARGETS if t not in ("display", "resolved") and t not in VIEWS)))
         raise UserError(f"--view {target}: there is no such view or target; choose one of {names}")
+    facts = replace(facts, camera_moved=True) if target == "motion" else facts  # zeros are worth seeing, too
     plan(PASSES, target, settings, facts)  # raises, with the reason, where this scene does not call for the target
     return plan((*PASSES, show_pass(TARGETS[target])), "display", settings, facts)
 
 
 def linear_target(frame: FramePlan) -> str:
     """The target that holds the linear picture of a plan (what an .exr stores)."""
-    return next(target for call in reversed(frame.calls) if call.step.name in ("display", "show") for name, target in call.reads if name == "color")
+    return next(
+        target
+        for call in reversed(frame.calls)
+        if call.step.name in ("display", "show")
+        for name, target in call.reads
+        if name == "color"
+    )

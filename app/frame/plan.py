@@ -17,12 +17,15 @@ class PlanError(Exception):
 def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) -> FramePlan:
     """The calls that produce `output`, in list order, which is checked to be a valid frame order.
 
-    Raises UserError if nothing writes `output` with these settings (with the reason), PlanError for a pass list that cannot run.
+    Raises UserError if nothing writes `output` with these settings (with the reason), PlanError for a pass list that
+    cannot run.
     """
     needs = {p.name: p.needed(settings, facts) for p in passes}
     producers = {t: p for p in passes if needs[p.name].runs for t in (*p.outputs(settings, facts), *p.fills)}
     if output not in producers:
-        raise UserError(f"nothing writes the target {output!r} here: {_why_not(passes, output, settings, facts, needs)}")
+        raise UserError(
+            f"nothing writes the target {output!r} here: {_why_not(passes, output, settings, facts, needs)}"
+        )
     live = _reachable(output, producers)
     written: set[str] = set()
     calls, skipped = [], []
@@ -39,7 +42,9 @@ def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) 
         written |= {*writes, *step.fills}
         has = tuple((f"HAS_{split_read(r)[0].upper()}", int(r in present)) for r in step.optional)
         has += tuple((f"HAS_{t.upper()}", int(t in writes)) for t, _ in step.writes_if)
-        calls.append(Call(step, reads, writes, tuple(sorted({*step.defines(settings, facts), *has})), needs[step.name].reason))
+        calls.append(
+            Call(step, reads, writes, tuple(sorted({*step.defines(settings, facts), *has})), needs[step.name].reason)
+        )
     return FramePlan(tuple(calls), output, tuple(skipped))
 
 

@@ -46,10 +46,38 @@ def specular(settings: Settings, facts: Facts) -> bool:
 
 POST = (
     Pass("tiles", "dof/tiles.comp", reads=("coc",), writes=("tiles",), group=(1, 1), needed=blurred),
-    Pass("dilate_rows", "dof/dilate.comp", reads=("extent=tiles",), writes=("tiles_row",), defines=lambda s, f: (("AXIS", 0),), needed=blurred),
-    Pass("dilate_columns", "dof/dilate.comp", reads=("extent=tiles_row",), writes=("tiles_dilated",), defines=lambda s, f: (("AXIS", 1),), needed=blurred),
-    Pass("downsample", "dof/downsample.comp", reads=("lit", "coc"), writes=("half_color",), writes_if=(("half_specular", specular),), needed=blurred),
-    Pass("prefilter", "dof/prefilter.comp", reads=("half_color",), writes=("prefiltered",), needed=blurred, defines=gather_defines),
+    Pass(
+        "dilate_rows",
+        "dof/dilate.comp",
+        reads=("extent=tiles",),
+        writes=("tiles_row",),
+        defines=lambda s, f: (("AXIS", 0),),
+        needed=blurred,
+    ),
+    Pass(
+        "dilate_columns",
+        "dof/dilate.comp",
+        reads=("extent=tiles_row",),
+        writes=("tiles_dilated",),
+        defines=lambda s, f: (("AXIS", 1),),
+        needed=blurred,
+    ),
+    Pass(
+        "downsample",
+        "dof/downsample.comp",
+        reads=("lit", "coc"),
+        writes=("half_color",),
+        writes_if=(("half_specular", specular),),
+        needed=blurred,
+    ),
+    Pass(
+        "prefilter",
+        "dof/prefilter.comp",
+        reads=("half_color",),
+        writes=("prefiltered",),
+        needed=blurred,
+        defines=gather_defines,
+    ),
     Pass(
         "gather",
         "dof/gather.comp",
@@ -60,7 +88,14 @@ POST = (
         needed=blurred,
         defines=layer_defines,
     ),
-    Pass("median", "dof/median.comp", reads=("near_gather", "far_gather", "tiles_dilated"), writes=("near_blur", "far_blur"), needed=blurred, defines=median_defines),
+    Pass(
+        "median",
+        "dof/median.comp",
+        reads=("near_gather", "far_gather", "tiles_dilated"),
+        writes=("near_blur", "far_blur"),
+        needed=blurred,
+        defines=median_defines,
+    ),
     Pass(
         "post",
         "dof/post.comp",

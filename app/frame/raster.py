@@ -13,7 +13,9 @@ def lit(settings: Settings) -> bool:
 
 
 def shading_defines(settings: Settings, facts: Facts) -> Defines:
-    """The permutation of `shade()`: the same for the raster image and for ray hits, so that views differ in depth of field only."""
+    """The permutation of `shade()`: the same for the raster image and for ray hits, so that views differ in depth of
+    field only.
+    """
     return (
         ("LIT", int(lit(settings))),
         ("TEXTURED", int(facts.textured)),
@@ -44,6 +46,14 @@ RASTER = (
         defines=shading_defines,
     ),
     Pass("motion", "raster/motion.comp", reads=("depth",), writes=("motion",), needed=moving),
-    Pass("lighting", "raster/lighting.comp", reads=("base_color", "normal", "depth"), optional=("emissive",), writes=("lit",), scene=True, defines=shading_defines),
+    Pass(
+        "lighting",
+        "raster/lighting.comp",
+        reads=("base_color", "normal", "depth"),
+        optional=("emissive",),
+        writes=("lit",),
+        scene=True,
+        defines=shading_defines,
+    ),
     Pass("coc", "dof/coc.comp", reads=("depth",), writes=("coc",)),
 )

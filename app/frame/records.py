@@ -1,7 +1,8 @@
 """The nouns of a frame: targets, passes, and the plan made of them. Pure values, no GL.
 
-A shader names what it touches after the target: `in_<target>` samplers, `prev_<target>` samplers of last frame's value, `out_<target>` images
-(or fragment outputs), `BufferName` blocks. A read may be renamed: "color=lit" binds target `lit` to `in_color`.
+A shader names what it touches after the target: `in_<target>` samplers, `prev_<target>` samplers of last frame's value,
+`out_<target>` images (or fragment outputs), `BufferName` blocks. A read may be renamed: "color=lit" binds target `lit`
+to `in_color`.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ Show = Literal["color", "signed", "scalar", "normal", "vector"]
 
 @dataclass(frozen=True)
 class Target:
-    """A texture that passes write. `scale`: full resolution divided by this. `history`: last frame's value stays readable."""
+    """A texture that passes write. `scale`: full resolution divided by this. `history`: last frame's value stays
+    readable.
+    """
 
     name: str
     components: int
@@ -33,7 +36,9 @@ class Target:
 
 @dataclass(frozen=True)
 class Buffer:
-    """A storage block that passes share: `bytes_per_pixel` of the target `scale`, after `header` bytes that are zeroed each frame."""
+    """A storage block that passes share: `bytes_per_pixel` of the target `scale`, after `header` bytes that are zeroed
+    each frame.
+    """
 
     name: str
     meaning: str
@@ -65,7 +70,9 @@ def no_defines(settings: Settings, facts: Facts) -> Defines:
 
 @dataclass(frozen=True)
 class Pass:
-    """One step of a frame as data. Compute passes cover `grid` (default: their first output) in work groups of `group` texels."""
+    """One step of a frame as data. Compute passes cover `grid` (default: their first output) in work groups of `group`
+    texels.
+    """
 
     name: str
     shader: str  # path under glsl/; raster passes name the stem of a .vert and a .frag
@@ -122,7 +129,9 @@ class FramePlan:
     @property
     def targets(self) -> frozenset[str]:
         """Every target the frame touches."""
-        return frozenset(t for call in self.calls for t in (*(t for _, t in call.reads), *call.writes, *call.step.history))
+        return frozenset(
+            t for call in self.calls for t in (*(t for _, t in call.reads), *call.writes, *call.step.history)
+        )
 
 
 def split_read(read: str) -> tuple[str, str]:

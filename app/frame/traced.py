@@ -6,10 +6,17 @@ from .hybrid import trace_defines
 from .records import Pass
 
 TRACED = (
-    Pass("traced", "rays/progressive.comp", updates=("traced", "traced_error"), scene=True, rays=True, sliced=True, defines=trace_defines),
+    Pass(
+        "traced",
+        "rays/progressive.comp",
+        updates=("traced", "traced_error"),
+        scene=True,
+        rays=True,
+        sliced=True,
+        defines=trace_defines,
+    ),
 )
 
 REFERENCE = (
     Pass("reference", "output/accumulate_mean.comp", reads=("color=lit",), updates=("reference", "reference_error")),
 )
-

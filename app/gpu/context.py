@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import moderngl
 
@@ -15,13 +16,12 @@ def headless_context() -> moderngl.Context:
     """A context on EGL (Linux) or the platform's own means. Raises UserError(exit code 3) if there is none."""
     if sys.platform == "darwin":
         raise UserError("macOS stops at OpenGL 4.1 and has no compute shaders; use Linux or Windows", NO_GRAPHICS)
-    backend = {"backend": "egl"} if sys.platform.startswith("linux") else {}
+    backend: dict[str, Any] = {"backend": "egl"} if sys.platform.startswith("linux") else {}
     try:
         return moderngl.create_context(standalone=True, require=REQUIRED, **backend)
     except Exception as error:  # glcontext raises bare Exception for a missing library, device or version
-        raise UserError(
-            f"no OpenGL 4.3 context could be opened ({error}); install a driver, or Mesa: apt-get install libegl1 libgl1-mesa-dri", NO_GRAPHICS
-        ) from error
+        advice = "install a driver, or Mesa: apt-get install libegl1 libgl1-mesa-dri"
+        raise UserError(f"no OpenGL 4.3 context could be opened ({error}); {advice}", NO_GRAPHICS) from error
 
 
 def leave_framebuffers(ctx: moderngl.Context) -> None:

@@ -57,7 +57,9 @@ class FrameInputs:
         if not self.through_lens:
             return 0.0, 0.0
         lens = self.settings.lens
-        x, y = lens_point(self.lens_sample[:2], lens.blades, math.radians(lens.rotation), lens.anamorphic, lens.spherical_aberration)
+        x, y = lens_point(
+            self.lens_sample[:2], lens.blades, math.radians(lens.rotation), lens.anamorphic, lens.spherical_aberration
+        )
         return float(x) * lens.aperture / 2, float(y) * lens.aperture / 2
 
 

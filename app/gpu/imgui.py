@@ -1,4 +1,4 @@
-"""Dear ImGui drawn with moderngl: vertex streams, scissors, and the texture protocol of ImGui 1.92 (textures on request)."""
+"""Dear ImGui drawn with moderngl: vertex streams, scissors, and the textures that ImGui 1.92 asks for."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class ImguiRenderer:
         if size.x <= 0 or size.y <= 0:
             return
         self._ctx.enable_only(moderngl.BLEND)
-        self._ctx.blend_func = (
+        self._ctx.blend_func = (  # type: ignore[assignment]  # moderngl's stub knows only the two-value form
             moderngl.SRC_ALPHA,
             moderngl.ONE_MINUS_SRC_ALPHA,
             moderngl.ONE,
@@ -79,7 +79,8 @@ class ImguiRenderer:
         for texture in imgui.get_platform_io().textures:
             texture.set_tex_id(0)
             texture.set_status(imgui.ImTextureStatus.destroyed)
-        for resource in (*self._own.values(), self._array, self._vertices, self._indices, self._program):
+        resources: tuple[Any, ...] = (*self._own.values(), self._array, self._vertices, self._indices, self._program)
+        for resource in resources:
             resource.release()
         self._own.clear()
 

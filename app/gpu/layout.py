@@ -1,7 +1,8 @@
 """One definition per GPU struct: a numpy dtype with std430/std140 offsets that prints its own GLSL.
 
-`python -m app.gpu.layout` writes glsl/shared/structs.glsl; a test says when it is stale. Every struct is laid out so that its std140 and
-std430 forms coincide (no arrays of scalars, vec3 only before a scalar), so that one dtype serves uniform and storage blocks.
+`python -m app.gpu.layout` writes glsl/shared/structs.glsl; a test says when it is stale. Every struct is laid out so
+that its std140 and std430 forms coincide (no arrays of scalars, vec3 only before a scalar), so that one dtype serves
+uniform and storage blocks.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ _TYPES: dict[str, tuple[str, tuple[int, ...], int, int]] = {
 
 
 def struct(name: str, fields: dict[str, tuple[str, str]], uniform: bool = False) -> np.dtype:
-    """The dtype of a GLSL struct. `fields` maps name -> (GLSL type, meaning with unit); `uniform` pads to 16 bytes (std140)."""
+    """The dtype of a GLSL struct. `fields` maps name -> (GLSL type, meaning with unit); `uniform` pads to 16 bytes
+    (std140).
+    """
     names, formats, offsets, cursor, alignment = [], [], [], 0, 16 if uniform else 4
     for field, (glsl_type, _) in fields.items():
         base, shape, align, size = _TYPES[glsl_type]
@@ -75,7 +78,9 @@ VERTEX = struct(
     },
 )
 
-_SLOT = "texture: size class in bits 24.., layer in bits 0..15, wrap u and v in bits 16..17 and 18..19; NO_TEXTURE if none"
+_SLOT = (
+    "texture: size class in bits 24.., layer in bits 0..15, wrap u and v in bits 16..17 and 18..19; NO_TEXTURE if none"
+)
 
 MATERIAL = struct(
     "Material",
@@ -127,7 +132,10 @@ FRAME = struct(
         "prev_view": ("mat4", "last frame's world to view"),
         "eye": ("vec3", "centre of the lens, world, m"),
         "near_plane": ("float", "m"),
-        "lens_eye": ("vec3", "the point rays of this raster frame start from: eye, or a lens point in the raster reference, m"),
+        "lens_eye": (
+            "vec3",
+            "the point rays of this raster frame start from: eye, or a lens point in the raster reference, m",
+        ),
         "tan_half_fov_y": ("float", ""),
         "sky": ("vec3", "linear radiance straight up, or the flat background when unlit"),
         "aperture": ("float", "lens diameter, m"),

@@ -1,4 +1,6 @@
-"""Compiled shaders, one per (file, defines), checked against what their pass declares, and reloaded without losing the last good one."""
+"""Compiled shaders, one per (file, defines), checked against what their pass declares, and reloaded without losing the
+last good one.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ from ..frame.records import Call
 from .layout import FRAME
 from .shaders import ShaderError, Source, assemble, explain, load_glsl
 
-Program = Any  # moderngl.Program or ComputeShader: both give their members by name, whose stubs are a union of all kinds
+Program = (
+    Any  # moderngl.Program or ComputeShader: both give their members by name, whose stubs are a union of all kinds
+)
 Key = tuple[str, tuple[tuple[str, int], ...], tuple[str, ...]]
 
 _TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")
@@ -44,7 +48,9 @@ class Programs:
         return len(self._compiled)
 
     def get(self, shader: str, defines: Iterable[tuple[str, int]], outputs: tuple[str, ...] = ()) -> Compiled:
-        """The program for a compute file, or for the `.vert`/`.frag` pair of a stem whose fragment outputs are `outputs` in order."""
+        """The program for a compute file, or for the `.vert`/`.frag` pair of a stem whose fragment outputs are
+        `outputs` in order.
+        """
         key = (shader, tuple(sorted(defines)), outputs)
         if key not in self._compiled:
             self._compiled[key] = self._build(key)
@@ -90,26 +96,40 @@ class Programs:
         text = "".join(source.text for source in sources)
         active = frozenset(program)
         if "FrameBlock" in active and (size := program["FrameBlock"].size) != FRAME.itemsize:
-            raise ShaderError(f"{key[0]}: its FrameBlock has {size} bytes, not {FRAME.itemsize}; regenerate glsl/shared/structs.glsl")
-        return Compiled(program, frozenset(_TOUCHED.findall(_without_comments(text))), active, tuple(s.text for s in sources))
+            raise ShaderError(
+                f"{key[0]}: its FrameBlock has {size} bytes, not {FRAME.itemsize}; regenerate glsl/shared/structs.glsl"
+            )
+        return Compiled(
+            program, frozenset(_TOUCHED.findall(_without_comments(text))), active, tuple(s.text for s in sources)
+        )
 
     def _link(self, sources: list[Source], outputs: tuple[str, ...]) -> Program:
         if len(sources) == 1:
             return self._ctx.compute_shader(sources[0].text)
         locations = {f"out_{name}": i for i, name in enumerate(outputs)}
-        return self._ctx.program(vertex_shader=sources[0].text, fragment_shader=sources[1].text, fragment_outputs=locations)
+        return self._ctx.program(
+            vertex_shader=sources[0].text, fragment_shader=sources[1].text, fragment_outputs=locations
+        )
 
 
 def check_names(call: Call, compiled: Compiled) -> None:
-    """Raise ShaderError if the pass and its shader name different targets: a typo on either side, with the pass's name."""
+    """Raise ShaderError if the pass and its shader name different targets: a typo on either side, with the pass's
+    name.
+    """
     if compiled.checked:
         return
-    declared = {f"in_{name}" for name, _ in call.reads} | {f"prev_{t}" for t in call.step.history} | {f"out_{t}" for t in call.writes}
+    declared = (
+        {f"in_{name}" for name, _ in call.reads}
+        | {f"prev_{t}" for t in call.step.history}
+        | {f"out_{t}" for t in call.writes}
+    )
     bound = {name for name in compiled.active if name.startswith(_PREFIXES)}
     if call.step.kind == "raster":
         bound |= {name for name in compiled.mentioned if name.startswith("out_")} & declared
     if unknown := bound - declared:
-        raise ShaderError(f"pass {call.step.name}: {call.step.shader} uses {sorted(unknown)}, which the pass does not declare")
+        raise ShaderError(
+            f"pass {call.step.name}: {call.step.shader} uses {sorted(unknown)}, which the pass does not declare"
+        )
     if unused := declared - compiled.mentioned:
         raise ShaderError(f"pass {call.step.name} declares {sorted(unused)}, which {call.step.shader} never mentions")
     compiled.checked = True

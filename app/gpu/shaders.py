@@ -1,7 +1,7 @@
 """Shader text: `#include` and defines assembled into one string that remembers where each line came from.
 
-An include stands at the top of a file, names a path relative to `glsl/`, and is taken once. Driver messages name lines of the assembled
-text; `explain` turns them back into the file and line a person wrote.
+An include stands at the top of a file, names a path relative to `glsl/`, and is taken once. Driver messages name lines
+of the assembled text; `explain` turns them back into the file and line a person wrote.
 """
 
 from __future__ import annotations

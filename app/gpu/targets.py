@@ -1,8 +1,8 @@
-"""The textures and storage blocks behind the tables of app.frame.targets: made on first use, owned here, released here."""
+"""The textures and storage blocks behind the tables of app.frame.targets: made on first use, owned here, released
+here.
+"""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import moderngl
 import numpy as np
@@ -67,7 +67,9 @@ class Targets:
         self.buffer(name).write(DISPATCH_HEADER if BUFFERS[name].bytes_per_pixel else bytes(header))
 
     def framebuffer(self, names: tuple[str, ...]) -> moderngl.Framebuffer:
-        """A cleared framebuffer over the given targets, with a depth attachment; depth reads SKY_DEPTH where nothing is drawn."""
+        """A cleared framebuffer over the given targets, with a depth attachment; depth reads SKY_DEPTH where nothing is
+        drawn.
+        """
         if names not in self._framebuffers:
             if self._depth is None:
                 self._depth = self._ctx.depth_texture(self.size)
@@ -96,7 +98,9 @@ class Targets:
         """Bytes by target or block name, histories included."""
         usage: dict[str, int] = {}
         for (name, _), texture in self._textures.items():
-            usage[name] = usage.get(name, 0) + texture.width * texture.height * texture.components * _BYTES[TARGETS[name].dtype]
+            usage[name] = (
+                usage.get(name, 0) + texture.width * texture.height * texture.components * _BYTES[TARGETS[name].dtype]
+            )
         usage |= {name: buffer.size for name, buffer in self._buffers.items()}
         if self._depth is not None:
             usage["depth test"] = self._depth.width * self._depth.height * 4
@@ -113,8 +117,7 @@ class Targets:
         texture = self._ctx.texture(scaled(self.size, target.scale), target.components, dtype=target.dtype)
         texture.repeat_x = texture.repeat_y = False
         texture.filter = _FILTER[target.filter]
-        zero: Callable[[moderngl.Texture], None] = lambda t: t.write(bytes(t.width * t.height * t.components * _BYTES[target.dtype]))  # noqa: E731
-        zero(texture)
+        texture.write(bytes(texture.width * texture.height * target.components * _BYTES[target.dtype]))
         return texture
 
 

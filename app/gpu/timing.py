@@ -1,8 +1,8 @@
 """Milliseconds per pass, from a source that was tested first.
 
-GPU time queries are read a few frames late so that nothing waits. Some drivers return nonsense (a software rasteriser reports a nanosecond for
-a tenth of a second of compute), so at start-up a known load is timed both ways; where they disagree the wall clock around a finished pass is
-used instead, and every figure is shown with its source.
+GPU time queries are read a few frames late so that nothing waits. Some drivers return nonsense (a software rasteriser
+reports a nanosecond for a tenth of a second of compute), so at start-up a known load is timed both ways; where they
+disagree the wall clock around a finished pass is used instead, and every figure is shown with its source.
 """
 
 from __future__ import annotations
@@ -66,7 +66,9 @@ def self_test(ctx: moderngl.Context) -> tuple[str, float, float]:
 
 
 class Profiler:
-    """Times the passes of each frame. Costs nothing while `enabled` is False; with the wall clock each pass is finished before the next."""
+    """Times the passes of each frame. Costs nothing while `enabled` is False; with the wall clock each pass is finished
+    before the next.
+    """
 
     def __init__(self, ctx: moderngl.Context, source: str | None = None) -> None:
         self._ctx = ctx

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from ..frame.pipeline import CONVERGING
 from ..scene.validate import count
 from . import style
 from .costs import draw_costs, draw_passes, muted
@@ -98,5 +99,6 @@ class Panel:
         muted("F1: help")
         for cost in shown.costs:
             resting = ", resting" if cost.limit and cost.samples >= cost.limit else ""
-            muted(f"{cost.view}: {count(cost.samples, 'sample')}{resting}")
+            unit = "sample" if cost.view in CONVERGING else "frame"
+            muted(f"{cost.view}: {count(cost.samples, unit)}{resting}")
         muted(f"fly speed {shown.speed:.3g} m/s")

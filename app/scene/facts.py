@@ -66,7 +66,9 @@ def scene_facts(scene: Scene, low: F64, high: F64) -> SceneFacts:
 
 
 def near_plane(low: ArrayLike, high: ArrayLike) -> float:
-    """Near plane [m] of raster and rays alike: close enough for a leaf in front of the lens, and no closer than 24 bits of depth resolve."""
+    """Near plane [m] of raster and rays alike: close enough for a leaf in front of the lens, and no closer than 24 bits
+    of depth resolve.
+    """
     diagonal = float(np.linalg.norm(np.subtract(high, low)))
     return min(MAX_NEAR_PLANE, max(NEAR_SHARE * diagonal, 1e-9))
 
@@ -79,7 +81,13 @@ def depth_range(camera: Camera, facts: SceneFacts, near_plane: float) -> tuple[f
 
 
 def frame_facts(
-    scene: SceneFacts, camera: Camera, lens: Lens, height_px: int, near_plane: float, camera_moved: bool = False, unsampled: bool = False
+    scene: SceneFacts,
+    camera: Camera,
+    lens: Lens,
+    height_px: int,
+    near_plane: float,
+    camera_moved: bool = False,
+    unsampled: bool = False,
 ) -> Facts:
     """Facts of one frame. The sky counts as far geometry: it is blurred like any."""
     nearest, _ = depth_range(camera, scene, near_plane)

@@ -106,7 +106,7 @@ class Desktop:
 
     @property
     def density(self) -> float:
-        """How much larger than at 96 dots per inch text must be, in window units (which some desktops scale already)."""
+        """How much larger than at 96 dots per inch text must be, in window units, which some desktops scale."""
         scaled = self.buffer_size[0] > self.size[0]
         return 1.0 if scaled else max(round(4.0 * self._pyglet.dpi / REFERENCE_DPI) / 4.0, 1.0)
 

@@ -26,7 +26,7 @@ Size = tuple[int, int]
 Progress = Callable[[str, float], None]
 
 REST_STILL = 256  # frames of a still picture until it rests: the jitter's mean has long converged below 8 bits
-REST_TRACED = 4096  # lens samples per pixel until a running mean rests: noise 1/64 of one sample's
+REST_TRACED = 1 << 16  # lens samples per pixel until a running mean rests: noise 1/256 of one sample's
 BUDGET_MS = 60.0  # of a time-sliced view per frame: the window answers some ten times a second
 FIT_PERCENTILES = (1.0, 99.0)  # of a fitted range: outliers such as specks do not flatten the rest
 

@@ -1,5 +1,6 @@
 // Turns depth into the signed circle of confusion, the one quantity every later pass compares.
-// Reads: depth (m, planar, full resolution). Writes: coc (signed radius, full-res px, negative in front of focus, full resolution).
+// Reads: depth (m, planar, full resolution). Writes: coc (signed radius, full-res px, negative in front of focus, full
+// resolution).
 // Method: thin lens, Potmesil and Chakravarty 1982, in the form derived in app/optics.py.
 #include "shared/frame.glsl"
 #include "lib/coc.glsl"

@@ -1,8 +1,10 @@
 // Lets every tile learn of every circle of confusion that reaches it; run along rows, then along columns.
-// Reads: extent (x: most negative, y: largest signed CoC, px, one texel per 16x16 px). Writes: the same, dilated along AXIS.
-// Method: exact. A CoC reaches a square of tiles, and a larger CoC a larger square about the same tile. Along the rows each tile takes the largest
-// CoC among those that reach it; along the columns that maximum reaches at least as far as any of the CoCs it replaced, and it really does
-// reach there: the square is a product of intervals. So two one-dimensional passes equal the two-dimensional search.
+// Reads: extent (x: most negative, y: largest signed CoC, px, one texel per 16x16 px). Writes: the same, dilated along
+// AXIS.
+// Method: exact. A CoC reaches a square of tiles, and a larger CoC a larger square about the same tile. Along the rows
+// each tile takes the largest CoC among those that reach it; along the columns that maximum reaches at least as far as
+// any of the CoCs it replaced, and it really does reach there: the square is a product of intervals. So two
+// one-dimensional passes equal the two-dimensional search.
 #include "shared/frame.glsl"
 #include "lib/tile_reach.glsl"
 

@@ -1,9 +1,11 @@
 // Halves the resolution: each 2x2 block becomes one sample of one surface.
 // Reads: lit (radiance; a: specular luminance), coc (px), both full resolution.
-// Writes: half_color (radiance; a: signed CoC, full-res px), half_specular (specular luminance, lit scenes only), half resolution.
-// Method: a mean of foreground and background colours would belong to neither (Jimenez 2014), so the block takes one pixel's CoC and the mean
-// of the pixels that share it. Which pixel goes round with the frames: after four frames every pixel has stood for its block once, so thin
-// features keep their share of the picture, where choosing the nearest would grow them and choosing the farthest would erase them.
+// Writes: half_color (radiance; a: signed CoC, full-res px), half_specular (specular luminance, lit scenes only), half
+// resolution.
+// Method: a mean of foreground and background colours would belong to neither (Jimenez 2014), so the block takes one
+// pixel's CoC and the mean of the pixels that share it. Which pixel goes round with the frames: after four frames every
+// pixel has stood for its block once, so thin features keep their share of the picture, where choosing the nearest
+// would grow them and choosing the farthest would erase them.
 #include "shared/frame.glsl"
 #include "lib/splat.glsl"
 

@@ -1,17 +1,19 @@
-// Collects, for each half-res texel, the light of every sample whose circle of confusion covers it: a near layer with coverage, and what lies behind.
-// Reads: prefiltered (radiance; a: signed CoC, full-res px; half resolution), tiles_dilated (px, one texel per 16x16 px),
-//   half_specular (luminance, half resolution, lit scenes only).
-// Writes: near_gather (premultiplied; a: coverage), far_gather (radiance behind the near layer; a: 1 where something was found),
-//   near_specular (luminance, premultiplied, lit scenes only), half resolution.
-// Method: scatter-as-gather of Jimenez 2014 with two differences. (1) A tap's weight is the part of the sample's splat that falls into the tap's
-// ring, exactly, which replaces sample alpha 1/(pi r^2) and its soft comparison: coverage is right for every CoC under one kernel. (2) A sample shows
-// with the CoC of the nearer of itself and the receiving texel, which draws the silhouette between them (lib/splat.glsl).
+// Collects, for each half-res texel, the light of every sample whose circle of confusion covers it: a near layer with
+// coverage, and what lies behind.
+// Reads: prefiltered (radiance; a: signed CoC, full-res px; half resolution), tiles_dilated (px, one texel per 16x16
+// px), half_specular (luminance, half resolution, lit scenes only).
+// Writes: near_gather (premultiplied; a: coverage), far_gather (radiance behind the near layer; a: 1 where something
+// was found), near_specular (luminance, premultiplied, lit scenes only), half resolution.
+// Method: scatter-as-gather of Jimenez 2014 with two differences. (1) A tap's weight is the part of the sample's splat
+// that falls into the tap's ring, exactly, which replaces sample alpha 1/(pi r^2) and its soft comparison: coverage is
+// right for every CoC under one kernel. (2) A sample shows with the CoC of the nearer of itself and the receiving
+// texel, which draws the silhouette between them (lib/splat.glsl).
 #include "shared/frame.glsl"
 #include "lib/kernel.glsl"
 #include "dof/layers.glsl"
 #include "dof/spacing.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;  // 8x8 half-res texels are one tile: what is read from the tile is uniform
+layout(local_size_x = 8, local_size_y = 8) in;  // 8x8 half-res texels are one tile: its extent is uniform
 uniform sampler2D in_prefiltered;
 uniform sampler2D in_tiles_dilated;
 layout(rgba16f) uniform writeonly image2D out_near_gather;
@@ -24,13 +26,18 @@ layout(r16f) uniform writeonly image2D out_near_specular;
 shared vec2 taps[KERNEL_TAPS];  // points of the aperture
 ivec2 last;                   // index of the last texel
 
-// Drawing at half resolution is itself a blur: the 2x2 mean and the nearest texel of a tap add a variance of 1/3 px^2 each, bilinear
-// upsampling 2/3, and the prefilter's disc of radius r adds r^2 / 4. The splat's disc shrinks until the sum is the variance of the CoC's disc,
-// but to no less than half its radius. Squared radius [px^2].
+// Drawing at half resolution is itself a blur: the 2x2 mean and the nearest texel of a tap add a variance of 1/3 px^2
+// each, bilinear upsampling 2/3, and the prefilter's disc of radius r adds r^2 / 4. The splat's disc shrinks until the
+// sum is the variance of the CoC's disc, but to no less than half its radius. Squared radius [px^2].
 const float HALF_RES_VARIANCE_PX2 = 4.0 / 3.0;
 float splat_px2(float radius) {
     float prefilter = prefilter_px(radius), square = radius * radius;
     return max(square - 4.0 * HALF_RES_VARIANCE_PX2 - prefilter * prefilter, 0.25 * square);
+}
+
+// Share of the light of a splat of `radius` [px] that lands between two rims of the kernel [px].
+float tap_light(float radius, float inner, float outer) {
+    return ring_light(inner * inner, outer * outer, splat_px2(radius), frame.lens_aberration);
 }
 
 // Fills `taps` for a kernel of n rings; the whole work group calls it.
@@ -52,7 +59,8 @@ struct Near {
     vec4 behind;     // weighted sum of what lies behind the layer; a: weight
 };
 
-// What is in front of focus within `radius` px, and what it lets through. The kernel is mirrored: near light crosses over in the lens.
+// What is in front of focus within `radius` px, and what it lets through. The kernel is mirrored: near light crosses
+// over in the lens.
 Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
     vec4 fore = vec4(0.0), middle = vec4(0.0), behind = vec4(0.0);
     vec2 specular = vec2(0.0);
@@ -60,18 +68,18 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
     for (int k = 0; k <= n; k++) {
         float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
         int first = first_tap(k), count = ring_taps(k);
-        // What a near surface hides is best guessed from what shows closest by: a weight that falls steeply, and so faint that
-        // it counts only where no sample's own blur reaches.
+        // What a near surface hides is best guessed from what shows closest by: a weight that falls steeply, and so
+        // faint that it counts only where no sample's own blur reaches.
         float guess = 1e-3 / (float(k * k * k * k) + 1.0);
         for (int i = first; i < first + count; i++) {
             ivec2 there = tap_texel(texel, i, 0.5 * radius);
             vec4 tap = texelFetch(in_prefiltered, there, 0);
             float share = near_layer_share(tap.a), front = fore_share(tap.a, nearest, frame.layer_fade_px);
-            float light = share * ring_light(inner * inner, outer * outer, splat_px2(silhouette_px(own.a, tap.a)), frame.lens_aberration) / float(count);
+            float light = share * tap_light(silhouette_px(own.a, tap.a), inner, outer) / float(count);
             vec4 color = vec4(tap.rgb, 1.0);
             fore += light * front * color;
             middle += light * (1.0 - front) * color;
-            float blur = ring_light(inner * inner, outer * outer, splat_px2(tap.a), frame.lens_aberration) / float(count);
+            float blur = tap_light(tap.a, inner, outer) / float(count);
             behind += (1.0 - share) * (blur + guess) * color;
 #if HAS_NEAR_SPECULAR
             specular += light * vec2(front, 1.0 - front) * texelFetch(in_half_specular, there, 0).r;
@@ -79,24 +87,27 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
         }
     }
     vec4 layer = stacked(fore, middle);
-    float kept = dot(vec2(fore.a, middle.a), vec2(1.0)) > 0.0 ? layer.a / (fore.a + middle.a) : 0.0;
-    return Near(layer, (specular.x + specular.y) * kept, behind);
+    return Near(layer, stacked(vec4(vec3(specular.x), fore.a), vec4(vec3(specular.y), middle.a)).r, behind);
 }
 
-// The picture behind the near layer at a texel behind focus: every sample within its own blur.
+// The picture behind the near layer at a texel behind focus: surfaces nearer than its own cover their share of it, the
+// rest shows through.
 vec4 gather_far(ivec2 texel, vec4 own, int n) {
-    vec4 sum = vec4(0.0);
+    vec4 fore = vec4(0.0), rest = vec4(0.0);
     float radius = sqrt(splat_px2(own.a));
     for (int k = 0; k <= n; k++) {
         float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
         int first = first_tap(k), count = ring_taps(k);
         for (int i = first; i < first + count; i++) {
             vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, i, -0.5 * radius), 0);
-            float light = ring_light(inner * inner, outer * outer, splat_px2(silhouette_px(own.a, tap.a)), frame.lens_aberration) / float(count);
-            sum += (1.0 - near_layer_share(tap.a)) * light * vec4(tap.rgb, 1.0);
+            float light = tap_light(silhouette_px(own.a, tap.a), inner, outer) / float(count);
+            light *= 1.0 - near_layer_share(tap.a);
+            float front = fore_share(tap.a, own.a - frame.layer_fade_px, frame.layer_fade_px);
+            fore += light * front * vec4(tap.rgb, 1.0);
+            rest += light * (1.0 - front) * vec4(tap.rgb, 1.0);
         }
     }
-    return sum;
+    return stacked(fore, rest / max(rest.a, 1e-6));
 }
 
 void main() {
@@ -105,7 +116,6 @@ void main() {
     bool inside = all(lessThanEqual(texel, last));
     vec2 reach = texelFetch(in_tiles_dilated, ivec2(gl_WorkGroupID.xy), 0).xy;
     vec4 own = texelFetch(in_prefiltered, min(texel, last), 0);
-    float own_share = near_layer_share(own.a);
 
     Near near = Near(vec4(0.0), 0.0, vec4(0.0));
     if (-reach.x > HALF_RES_BEGIN_PX) {
@@ -113,7 +123,7 @@ void main() {
         place_taps(n);
         near = gather_near(texel, own, reach.x, n);
     }
-    vec4 behind = mix(vec4(own.rgb, 1.0), near.behind, float(own_share > 0.0));
+    vec4 behind = near_layer_share(own.a) > 0.0 ? near.behind : vec4(own.rgb, 1.0);
     if (reach.y > HALF_RES_BEGIN_PX) {
         int n = ring_count(0.5 * reach.y, RINGS);
         place_taps(n);

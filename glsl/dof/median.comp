@@ -1,8 +1,9 @@
 // Removes the gather's sampling noise without softening edges.
-// Reads: near_gather (premultiplied; a: coverage), far_gather (radiance; a: validity), half resolution; tiles_dilated (px).
+// Reads: near_gather (premultiplied; a: coverage), far_gather (radiance; a: validity), half resolution; tiles_dilated
+// (px).
 // Writes: near_blur, far_blur, half resolution.
-// Method: 3x3 median per channel (Jimenez 2014, post filter). Only where the kernel's rings lie well apart is there noise; elsewhere a median
-// would do nothing but round off small bokeh.
+// Method: 3x3 median per channel (Jimenez 2014, post filter). Only where the kernel's rings lie well apart is there
+// noise; elsewhere a median would do nothing but round off small bokeh.
 #include "shared/frame.glsl"
 #include "lib/median.glsl"
 #include "dof/spacing.glsl"
@@ -14,8 +15,8 @@ uniform sampler2D in_tiles_dilated;
 layout(rgba16f) uniform writeonly image2D out_near_blur;
 layout(rgba16f) uniform writeonly image2D out_far_blur;
 
-// Ring spacing above which the prefilter alone leaves taps visible. Below, a bokeh disc is so small that its rim, which the median
-// wears down, holds too much of its light: 4 % of a point's light would be lost at 4 px.
+// Ring spacing above which the prefilter alone leaves taps visible. Below, a bokeh disc is so small that its rim, which
+// the median wears down, holds too much of its light: 4 % of a point's light would be lost at 4 px.
 const float NOISY_SPACING_PX = 5.0;
 
 vec4 filtered(sampler2D source, ivec2 texel, float radius, ivec2 last) {

@@ -1,9 +1,10 @@
-// Puts the blurred picture together at full resolution: what is sharp, what is blurred behind it, and the near layer over both.
-// Reads: lit (radiance), coc (px), full resolution; near_blur (premultiplied; a: coverage), far_blur (radiance; a: validity), prefiltered
-//   (a: CoC, px), near_specular (luminance, lit scenes only), half resolution; tiles_dilated (px).
+// Puts the blurred picture together at full resolution: what is sharp, what is blurred behind it, and the near layer
+// over both.
+// Reads: lit (radiance), coc (px), full resolution; near_blur (premultiplied; a: coverage), far_blur (radiance; a:
+// validity), prefiltered (a: CoC, px), near_specular (luminance, lit scenes only), half resolution; tiles_dilated (px).
 // Writes: post (radiance; a: specular luminance of the near layer, premultiplied), full resolution.
-// Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC (joint bilateral upsampling,
-// Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
+// Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC
+// (joint bilateral upsampling, Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
 #include "shared/frame.glsl"
 #include "lib/coc.glsl"
 #include "dof/layers.glsl"
@@ -32,10 +33,11 @@ vec4 upsampled(ivec2 pixel, float own) {
     vec4 sum = vec4(0.0);
     float weight = 0.0;
     for (int i = 0; i < 4; i++) {
-        ivec2 step = ivec2(i & 1, i >> 1);
-        ivec2 texel = clamp(corner + step, ivec2(0), last);
-        vec2 bilinear = mix(1.0 - f, f, vec2(step));
-        float same = 1.0 - smoothstep(0.0, 1.0, abs(texelFetch(in_prefiltered, texel, 0).a - own) / frame.layer_fade_px);
+        ivec2 side = ivec2(i & 1, i >> 1);
+        ivec2 texel = clamp(corner + side, ivec2(0), last);
+        vec2 bilinear = mix(1.0 - f, f, vec2(side));
+        float apart = abs(texelFetch(in_prefiltered, texel, 0).a - own);
+        float same = 1.0 - smoothstep(0.0, frame.layer_fade_px, apart);
         float w = bilinear.x * bilinear.y * max(same, OTHER_SURFACE);
         sum += w * texelFetch(in_far_blur, texel, 0);
         weight += w;
@@ -47,19 +49,20 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_post);
     bool inside = all(lessThan(pixel, size));
     vec2 reach = texelFetch(in_tiles_dilated, ivec2(gl_WorkGroupID.xy) / 2, 0).xy;
-    vec4 sharp = finite_radiance(texelFetch(in_lit, min(pixel, size - 1), 0));
+    ivec2 nearest = min(pixel, size - 1);
+    vec4 sharp = finite_radiance(texelFetch(in_lit, nearest, 0));
     if (max(-reach.x, reach.y) <= IN_FOCUS_COC_PX) {
         if (inside) imageStore(out_post, pixel, vec4(sharp.rgb, 0.0));
         return;
     }
-    float own = gathered_coc(texelFetch(in_coc, min(pixel, size - 1), 0).r, frame.max_coc_px);
+    float own = gathered_coc(texelFetch(in_coc, nearest, 0).r, frame.max_coc_px);
     float half_res = smoothstep(HALF_RES_BEGIN_PX, HALF_RES_END_PX, abs(own));
     vec3 behind = sharp.rgb;
     float validity = 1.0;
 #if SLIGHT_FOCUS
     place_taps();
     float radius = max(min(abs(own), HALF_RES_END_PX), clamp(-reach.x, 0.0, HALF_RES_END_PX));
-    if (half_res < 1.0 && radius > IN_FOCUS_COC_PX) behind = slight_focus(in_lit, in_coc, min(pixel, size - 1), own, radius);
+    if (half_res < 1.0 && radius > IN_FOCUS_COC_PX) behind = slight_focus(in_lit, in_coc, nearest, own, radius);
 #endif
     if (half_res > 0.0) {
         vec4 blurred = upsampled(pixel, own);

@@ -1,6 +1,9 @@
-// Blurs each sample over the area that one tap of the gather stands for, so that the few taps miss nothing between them.
-// Reads: half_color (radiance; a: signed CoC, full-res px). Writes: prefiltered (the same, filtered). Both half resolution.
-// Method: bilateral prefilter of Jimenez 2014: taps about the texel, kept to its own surface by CoC, in the shape of the aperture.
+// Blurs each sample over the area that one tap of the gather stands for, so that the few taps miss nothing between
+// them.
+// Reads: half_color (radiance; a: signed CoC, full-res px). Writes: prefiltered (the same, filtered). Both half
+// resolution.
+// Method: bilateral prefilter of Jimenez 2014: taps about the texel, kept to its own surface by CoC, in the shape of
+// the aperture.
 #include "shared/frame.glsl"
 #include "lib/kernel.glsl"
 #include "dof/spacing.glsl"
@@ -14,7 +17,8 @@ shared vec2 taps[25 + KERNEL_TAPS];  // a kernel of two rings, and the gather's 
 
 void main() {
     for (int i = int(gl_LocalInvocationIndex); i < 25 + KERNEL_TAPS; i += 64) {
-        taps[i] = kernel_tap(i < 25 ? i : i - 25, i < 25 ? 2 : RINGS, 0u, BLADES, frame.lens_rotation, frame.lens_anamorphic);
+        int n = i < 25 ? 2 : RINGS;
+        taps[i] = kernel_tap(i < 25 ? i : i - 25, n, 0u, BLADES, frame.lens_rotation, frame.lens_anamorphic);
     }
     barrier();
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy), last = imageSize(out_prefiltered) - 1;

@@ -2,7 +2,7 @@
 // Reads: RayHistogram (masked pixels per response step 1..255).
 // Fills: RayBudget (rays per response step).
 // Method: the mean of clamp(scale * level, fewest, most) over the histogram grows with `scale`; each of 256 invocations tries one scale and
-// the interval that holds the answer is divided again, three times: 2^-24 of the range. One work group.
+// the interval that holds the answer is divided again, four times: past float32. One work group.
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
 
@@ -26,7 +26,7 @@ void main() {
     uint lane = gl_LocalInvocationIndex;
     float most = float(frame.max_rays), fewest = min(1.0, frame.ray_budget);
     float low = 0.0, high = most;
-    for (int digit = 0; digit < 3; digit++) {
+    for (int digit = 0; digit < 4; digit++) {
         if (lane == 0u) first_enough = 255u;
         barrier();
         float width = (high - low) / 256.0;

@@ -1,5 +1,5 @@
-// The gather kernel: a centre tap and rings of 8, 16, 24, ... taps, each tap standing for the same area of the aperture (Jimenez 2014).
-// Float64 twins: tests/gpu/post_twin.py.
+// The gather kernel: a centre tap and rings of 8, 16, 24, ... taps, each tap standing for the same area of the aperture
+// (Jimenez 2014). Float64 twins: tests/gpu/post_twin.py.
 #include "lib/lens.glsl"
 
 const float GOLDEN = 0.618033989;   // turns of the golden angle: successive rotations never repeat
@@ -20,20 +20,24 @@ int ring_taps(int k) { return k == 0 ? 1 : 8 * k; }
 int kernel_taps(int n) { return (2 * n + 1) * (2 * n + 1); }
 int first_tap(int k) { return k == 0 ? 0 : kernel_taps(k - 1); }
 
-// Point of the aperture (unit half diameter) at `turn` of the way round and enclosed-area fraction `area`, uniform by area in both.
+// Point of the aperture (unit half diameter) at `turn` of the way round and enclosed-area fraction `area`, uniform by
+// area in both.
 vec2 aperture_point(float turn, float area, int blades, float rotation, float anamorphic) {
     float angle = 2.0 * PI * turn;
-    vec2 point = blades < 3 ? sqrt(area) * vec2(cos(angle), sin(angle)) : polygon_point(vec2(fract(turn), area), blades, rotation);
+    vec2 point = sqrt(area) * vec2(cos(angle), sin(angle));
+    if (blades >= 3) point = polygon_point(vec2(fract(turn), area), blades, rotation);
     return vec2(point.x / anamorphic, point.y);
 }
 
-// Where in the aperture tap `index` of a kernel of n rings samples in frame `index_of_frame`: each frame turns the rings and moves them
-// within their own area, so that the mean over frames fills the aperture evenly.
+// Where in the aperture tap `index` of a kernel of n rings samples in frame `index_of_frame`: each frame turns the
+// rings and moves them within their own area, so that the mean over frames fills the aperture evenly.
 vec2 kernel_tap(int index, int n, uint index_of_frame, int blades, float rotation, float anamorphic) {
     if (index == 0) return vec2(0.0);
-    int k = int((1.0 + sqrt(float(index) + 0.5)) * 0.5);  // index lies between the squares of 2k - 1 and 2k + 1; + 0.5: clear of rounding
+    // index lies between the squares of 2k - 1 and 2k + 1; + 0.5 keeps it clear of rounding.
+    int k = int((1.0 + sqrt(float(index) + 0.5)) * 0.5);
     float frame = float(index_of_frame & 1023u);  // exact in float, and fract() of its multiples keeps its bits
     float turn = (float(index - first_tap(k)) + fract(float(k) * GOLDEN + frame * PLASTIC)) / float(ring_taps(k));
     float inner = ring_rim(k - 1, n), outer = ring_rim(k, n);
-    return aperture_point(turn, mix(inner * inner, outer * outer, fract(0.5 + frame * GOLDEN)), blades, rotation, anamorphic);
+    float area = mix(inner * inner, outer * outer, fract(0.5 + frame * GOLDEN));
+    return aperture_point(turn, area, blades, rotation, anamorphic);
 }

@@ -1,13 +1,14 @@
-// What one sample of the image adds to its neighbours: the splat of its circle of confusion, cut into the rings of a gather kernel, and the
-// split of samples into layers. Float64 twins: tests/gpu/post_twin.py. Radii and CoC in full-res px; a "gauge" is a distance measured by the aperture.
+// What one sample of the image adds to its neighbours: the splat of its circle of confusion, cut into the rings of a
+// gather kernel, and the split of samples into layers. Float64 twins: tests/gpu/post_twin.py. Radii and CoC in full-res
+// px; a "gauge" is a distance measured by the aperture.
 
-const float MAX_RADIANCE = 6.0e4;  // below the largest float16 (65504), so that sums of products with weights <= 1 stay finite
-const float SMALLEST_SPLAT_PX2 = 1e-6;  // squared radius below which a splat lies within the centre tap anyway: only keeps the division finite
+const float MAX_RADIANCE = 6.0e4;  // below the largest float16 (65504): what is averaged from it can be stored
+const float SMALLEST_SPLAT_PX2 = 1e-6;  // squared radius; keeps the division finite, far within the centre tap
 
 // Radiance that filters may meet: NaN and negative become 0, infinite becomes the largest that float16 targets carry.
 vec4 finite_radiance(vec4 c) {
     vec4 capped = min(c, vec4(MAX_RADIANCE));
-    return vec4(c.r > 0.0 ? capped.r : 0.0, c.g > 0.0 ? capped.g : 0.0, c.b > 0.0 ? capped.b : 0.0, c.a > 0.0 ? capped.a : 0.0);
+    return mix(vec4(0.0), capped, greaterThan(c, vec4(0.0)));
 }
 
 // The CoC that the post-process gathers: within +-limit, 0 for NaN.
@@ -15,8 +16,9 @@ float gathered_coc(float coc, float limit) {
     return coc >= -limit ? min(coc, limit) : (coc < 0.0 ? -limit : 0.0);
 }
 
-// The radius with which sample `coc` shows at a pixel of CoC `own`: the nearer surface of the two draws the silhouette between them, so its
-// blur is the blur of the edge. What lies in focus therefore never leaks into what lies behind it, nor the reverse.
+// The radius with which sample `coc` shows at a pixel of CoC `own`: the nearer surface of the two draws the silhouette
+// between them, so its blur is the blur of the edge. What lies in focus therefore never leaks into what lies behind it,
+// nor the reverse.
 float silhouette_px(float own, float coc) {
     return abs(min(own, coc));
 }
@@ -27,25 +29,28 @@ float enclosed_light(float t, float aberration) {
     return t * (1.0 - aberration + aberration * t);
 }
 
-// Share of the light of a splat between the gauges whose squares are inner2 and outer2; radius2 is the square of its radius. The shares of adjoining rings add to 1
-// exactly, so that a surface of constant CoC is covered exactly whatever the kernel's radius: no noise, no darkening, no see-through interior.
+// Share of the light of a splat between the gauges whose squares are inner2 and outer2; radius2 is the square of its
+// radius. The shares of adjoining rings add to 1 exactly, so that a surface of constant CoC is covered exactly whatever
+// the kernel's radius: no noise, no darkening, no see-through interior.
 float ring_light(float inner2, float outer2, float radius2, float aberration) {
     float inverse2 = 1.0 / max(radius2, SMALLEST_SPLAT_PX2);
     return enclosed_light(outer2 * inverse2, aberration) - enclosed_light(inner2 * inverse2, aberration);
 }
 
-// 1 for a sample that belongs to the blurred near layer, 0 from the in-focus zone backwards, smooth between |coc| = begin and end.
+// 1 for a sample that belongs to the blurred near layer, 0 from the in-focus zone backwards, smooth between |coc| =
+// begin and end.
 float near_share(float coc, float begin, float end) {
     return smoothstep(begin, end, -coc);
 }
 
-// Presort (Jimenez 2014, DepthCmp2, on CoC instead of depth): 1 for the nearest surface that reaches the tile, 0 for what lies `fade` px behind.
+// Presort (Jimenez 2014, DepthCmp2, on CoC instead of depth): 1 for the nearest surface that reaches the tile, 0 for
+// what lies `fade` px behind.
 float fore_share(float coc, float nearest, float fade) {
     return 1.0 - smoothstep(0.0, 1.0, (coc - nearest) / fade);
 }
 
-// Two layers that together may claim more than the whole lens: the front one keeps its share, the one behind gets what is left open.
-// Premultiplied, a = coverage.
+// Two layers that together may claim more than the whole lens: the front one keeps its share, the one behind gets what
+// is left open. Premultiplied, a = coverage.
 vec4 stacked(vec4 fore, vec4 behind) {
     fore /= max(fore.a, 1.0);
     return fore + behind * min(1.0, (1.0 - fore.a) / max(behind.a, 1e-6));

@@ -2,10 +2,10 @@
 #include "lib/coc.glsl"
 
 const float TILE_PX = 16.0;
-const float REACH_MARGIN_PX = 3.0;  // the half-res texel (2 px) that a splat is drawn with, and its bilinear upsampling (1 px more)
+const float REACH_MARGIN_PX = 3.0;  // a splat is drawn with half-res texels (2 px), upsampled bilinearly (1 px more)
 
-// The largest number of tiles between a tile and one that a CoC of `radius` px in it can touch, along either axis. Pixels of tiles n apart
-// lie more than (n - 1) tile widths apart. What is in focus stays where it is.
+// The largest number of tiles between a tile and one that a CoC of `radius` px in it can touch, along either axis.
+// Pixels of tiles n apart lie more than (n - 1) tile widths apart. What is in focus stays where it is.
 int tile_reach(float radius) {
     return radius <= IN_FOCUS_COC_PX ? 0 : 1 + int(floor((radius + REACH_MARGIN_PX) / TILE_PX));
 }

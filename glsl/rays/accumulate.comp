@@ -31,9 +31,9 @@ struct Mean {
 
 // This frame's rays around a pixel.
 struct Around {
-    vec4 motion;  // px; xy near, zw far
-    float ratio;
-    float rays;
+    vec4 motion;  // px; xy near, zw far; of 5x5 pixels at most
+    float ratio;  // hit ratio of 3x3 pixels ...
+    float rays;   // ... from this many rays
 };
 
 // Last frame's mean at a continuous half-res position: bilinear among the texels that hold one, nothing off screen. `field`: 0 near, 1 far.
@@ -57,19 +57,19 @@ Mean earlier(sampler2D layer, int field, vec2 position) {
 }
 
 Around look_around(ivec2 p) {
-    vec2 last = vec2(textureSize(in_mask, 0) - 1);
+    ivec2 last = textureSize(in_mask, 0) - 1;
     vec4 motion = vec4(0.0), shares = vec4(0.0);
     vec2 hits = vec2(0.0);
-    for (int i = 0; i < 9; i++) {
-        ivec2 texel = ivec2(clamp(vec2(p + ivec2(i % 3, i / 3) - 1), vec2(0.0), last));
+    for (int i = 0; i < 25; i++) {
+        ivec2 offset = ivec2(i % 5, i / 5) - 2, texel = clamp(p + offset, ivec2(0), last);
         float rays = texelFetch(in_ray_count, texel, 0).x;
         if (rays == 0.0) continue;
         vec4 share = rays * vec4(texelFetch(in_trace_near, texel, 0).aa, texelFetch(in_trace_far, texel, 0).aa);
-        hits += vec2(share.x, rays);
-        // The pixel's own hits decide; its neighbours' count where it has none.
-        float say = texel == p ? 1.0 : 1e-4;
+        // The pixel's own hits decide how its layers move; its neighbours' count where it has none.
+        float say = offset == ivec2(0) ? 1.0 : 1e-4;
         motion += say * share * texelFetch(in_trace_motion, texel, 0);
         shares += say * share;
+        if (max(abs(offset.x), abs(offset.y)) < 2) hits += vec2(share.x, rays);
     }
     motion /= max(shares, 1e-12);
     if (shares.x == 0.0) motion.xy = motion.zw;  // no near hit anywhere: an empty layer may move with the other
@@ -107,7 +107,7 @@ void main() {
         float floor_weight = moved ? frame.history_alpha : 0.0;
         add(near, near_now, rays, floor_weight);
         add(far, far_now, rays, floor_weight);
-        ratio = near.layer.a / max(near.layer.a + far.layer.a, 1e-6);
+        ratio = near.layer.a;  // the near layer's own share moved with the edge; what the far layer had left open did not
         if (moved) ratio = trusted_ratio(ratio, around.ratio, around.rays);
         bool own_rays = AVERAGED == 1 && !moved && rays > 0.0;
         near_light = own_rays ? near_now : composed(near.layer, ratio);

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
 from app.camera import Camera, Viewpoint, lens_shear, look_at, offset, projection, read_viewpoint, write_viewpoint
 from app.errors import UserError
 from app.optics import coc_px, coc_scale_px
-from hypothesis import assume, given
-from hypothesis import strategies as st
 
 coordinate = st.floats(-1e4, 1e4)
 points = st.tuples(coordinate, coordinate, coordinate)
@@ -36,7 +37,7 @@ def assert_rigid(view: np.ndarray, eye: Vec3, tolerance: float = 1e-12) -> None:
     np.testing.assert_allclose(view @ [*eye, 1.0], [0, 0, 0, 1], atol=tolerance * reach)
 
 
-# -- where it looks --------------------------------------------------------------------------------------------------------------------
+# -- where it looks ----------------------------------------------------------------------------------------------------
 
 
 @given(eye=points, target=points, up=points)
@@ -88,7 +89,7 @@ def test_impossible_cameras_are_refused_in_a_sentence(arguments: tuple[Any, ...]
         look_at(*arguments)
 
 
-# -- moving ----------------------------------------------------------------------------------------------------------------------------
+# -- moving ------------------------------------------------------------------------------------------------------------
 
 
 def test_many_small_steps_do_not_wear_it_out() -> None:
@@ -133,7 +134,7 @@ def test_rolling_turns_the_picture_and_nothing_else(angle: float, eye: Vec3, tar
     assert np.dot(rolled.true_up, camera.true_up) == pytest.approx(math.cos(angle), abs=1e-9)
 
 
-# -- to pixels -------------------------------------------------------------------------------------------------------------------------
+# -- to pixels ---------------------------------------------------------------------------------------------------------
 
 
 def pixels(clip: np.ndarray, size: tuple[int, int]) -> np.ndarray:
@@ -141,7 +142,14 @@ def pixels(clip: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     return (clip[:2] / clip[3] * 0.5 + 0.5) * np.array(size)
 
 
-@given(depth=st.floats(0.02, 1e6), x=st.floats(-1, 1), y=st.floats(-1, 1), fov=fovs, w=st.integers(1, 4000), h=st.integers(1, 4000))
+@given(
+    depth=st.floats(0.02, 1e6),
+    x=st.floats(-1, 1),
+    y=st.floats(-1, 1),
+    fov=fovs,
+    w=st.integers(1, 4000),
+    h=st.integers(1, 4000),
+)
 def test_projection_is_a_pinhole(depth: float, x: float, y: float, fov: float, w: int, h: int) -> None:
     matrix, tangent = projection(math.radians(fov), w / h, 0.01), math.tan(math.radians(fov) / 2)
     clip = matrix @ [x * depth * tangent * w / h, y * depth * tangent, -depth, 1.0]
@@ -178,7 +186,9 @@ def test_jitter_samples_the_pixel_centre_plus_jitter(jx: float, jy: float, depth
 def test_a_sheared_view_moves_each_depth_by_its_circle_of_confusion(
     u: tuple[float, float], depth: float, focus: float, aperture: float, fov: float, x: float, y: float
 ) -> None:
-    """The key identity: rasterising from lens point u displaces depth z by u coc_px(z) pixels, and the focal plane by nothing."""
+    """The key identity: rasterising from lens point u displaces depth z by u coc_px(z) pixels, and the focal plane by
+    nothing.
+    """
     size, fov = (640, 360), math.radians(fov)
     lens_m = (u[0] * aperture / 2, u[1] * aperture / 2)
     sheared = projection(fov, size[0] / size[1], 0.01) @ lens_shear(lens_m, focus)
@@ -195,14 +205,25 @@ def test_the_shear_puts_the_lens_point_at_the_centre_of_projection() -> None:
     np.testing.assert_allclose(lens_shear((0.1, -0.2), 3.0) @ [0.1, -0.2, 0.0, 1.0], [0, 0, 0, 1])
 
 
-# -- camera files ----------------------------------------------------------------------------------------------------------------------
+# -- camera files ------------------------------------------------------------------------------------------------------
 
 
 @given(
-    eye=points, target=points, up=points, fov=fovs, focus=st.none() | st.floats(1e-3, 1e6), aperture=st.none() | st.floats(0, 1)
+    eye=points,
+    target=points,
+    up=points,
+    fov=fovs,
+    focus=st.none() | st.floats(1e-3, 1e6),
+    aperture=st.none() | st.floats(0, 1),
 )
 def test_a_camera_file_reads_back(
-    tmp_path_factory: pytest.TempPathFactory, eye: Vec3, target: Vec3, up: Vec3, fov: float, focus: float | None, aperture: float | None
+    tmp_path_factory: pytest.TempPathFactory,
+    eye: Vec3,
+    target: Vec3,
+    up: Vec3,
+    fov: float,
+    focus: float | None,
+    aperture: float | None,
 ) -> None:
     camera = camera_between(eye, target, up, fov)
     path = tmp_path_factory.getbasetemp() / "kept.json"
@@ -214,21 +235,38 @@ def test_a_camera_file_reads_back(
     assert again.camera.fov_y == pytest.approx(camera.fov_y, rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "", "{", "[]", "3", "null", '"eye"', "{}", '{"eye": [0,0,0]}', '{"eye": [0,0], "target": [0,0,1]}',
-        '{"eye": [0,0,0], "target": [0,0,0]}', '{"eye": ["a",0,0], "target": [0,0,1]}', '{"eye": null, "target": [0,0,1]}',
-        '{"eye": "123", "target": [0,0,1]}', '{"eye": [0,0,0], "target": [0,0,1], "up": [1,2]}',
-        '{"eye": [0,0,0], "target": [0,0,1], "fov_y_deg": "wide"}', '{"eye": [0,0,0], "target": [0,0,1], "fov_y_deg": 360}',
-        '{"eye": [NaN,0,0], "target": [0,0,1]}', '{"eye": [0,0,0], "target": [0,0,1e400]}',
-        '{"eye": [0,0,0], "target": [0,0,1' + "0" * 400 + "]}",
-        '{"eye": [0,0,0], "target": [0,0,1], "focus_distance": 0}', '{"eye": [0,0,0], "target": [0,0,1], "focus_distance": -2}',
-        '{"eye": [0,0,0], "target": [0,0,1], "focus_distance": Infinity}',
-        '{"eye": [0,0,0], "target": [0,0,1], "aperture": -0.1}', '{"eye": [0,0,0], "target": [0,0,1], "aperture": NaN}',
-        '{"eye": [0,0,0], "target": [0,0,1], "aperture": [1]}', pytest.param("[" * 100_000, id="nested"),
+PLACED = '{"eye": [0,0,0], "target": [0,0,1], '
+BAD_FILES = {
+    "no JSON": ["", "{", pytest.param("[" * 100_000, id="nested")],
+    "no object": ["[]", "3", "null", '"eye"'],
+    "no place": [
+        "{}",
+        '{"eye": [0,0,0]}',
+        '{"eye": [0,0], "target": [0,0,1]}',
+        '{"eye": [0,0,0], "target": [0,0,0]}',
+        '{"eye": ["a",0,0], "target": [0,0,1]}',
+        '{"eye": null, "target": [0,0,1]}',
+        '{"eye": "123", "target": [0,0,1]}',
+        '{"eye": [NaN,0,0], "target": [0,0,1]}',
+        '{"eye": [0,0,0], "target": [0,0,1e400]}',
+        pytest.param('{"eye": [0,0,0], "target": [0,0,1' + "0" * 400 + "]}", id="400 digits"),
     ],
-)  # fmt: skip
+    "no view": [PLACED + text for text in ('"up": [1,2]}', '"fov_y_deg": "wide"}', '"fov_y_deg": 360}')],
+    "no lens": [
+        PLACED + f'"{name}": {value}}}'
+        for name, value in (
+            ("focus_distance", 0),
+            ("focus_distance", -2),
+            ("focus_distance", "Infinity"),
+            ("aperture", -0.1),
+            ("aperture", "NaN"),
+            ("aperture", [1]),
+        )
+    ],
+}
+
+
+@pytest.mark.parametrize("text", [text for texts in BAD_FILES.values() for text in texts])
 def test_a_bad_camera_file_is_one_sentence_that_names_it(text: str, tmp_path: Path) -> None:
     path = tmp_path / "broken.json"
     path.write_text(text)

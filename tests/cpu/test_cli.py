@@ -1,4 +1,6 @@
-"""The command line as its callers meet it: exit codes, one sentence on stderr, no traceback, help that lists everything."""
+"""The command line as its callers meet it: exit codes, one sentence on stderr, no traceback, help that lists
+everything.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from app.cli import COMMANDS, main, parser
 from app.errors import BAD_INPUT
 from app.frame.pipeline import VIEWS
@@ -123,7 +126,11 @@ def test_the_program_itself_has_help_and_a_version(argument: str, capsys: pytest
     ],
 )
 def test_bad_input_is_one_sentence_that_names_it(
-    arguments: tuple[str, ...], named: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    arguments: tuple[str, ...],
+    named: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert named in refused(capsys, *arguments)

@@ -6,13 +6,23 @@ import math
 
 import numpy as np
 import pytest
-from app.camera import look_at
-from app.optics import SKY_DEPTH, coc_px, coc_scale_px
-from app.scene.facts import MAX_NEAR_PLANE, NEAR_SHARE, Facts, SceneFacts, depth_range, frame_facts, near_plane, scene_facts
-from app.scene.model import Instance, Light, Material, Mesh, Scene, TextureSlot
-from app.settings import Lens
 from hypothesis import assume, given
 from hypothesis import strategies as st
+
+from app.camera import look_at
+from app.optics import SKY_DEPTH, coc_px, coc_scale_px
+from app.scene.facts import (
+    MAX_NEAR_PLANE,
+    NEAR_SHARE,
+    Facts,
+    SceneFacts,
+    depth_range,
+    frame_facts,
+    near_plane,
+    scene_facts,
+)
+from app.scene.model import Instance, Light, Material, Mesh, Scene, TextureSlot
+from app.settings import Lens
 
 coordinate = st.floats(-100, 100)
 points = st.tuples(coordinate, coordinate, coordinate)
@@ -106,5 +116,12 @@ def test_lights_are_counted_and_frames_inherit_the_scenes_facts() -> None:
     assert (found.lights, found.sun) == (2, True)
     assert not scene_facts(scene(Material(), (lamp,)), np.zeros(3), np.ones(3)).sun
     frame = frame_facts(found, look_at((0, 0, 5), (0, 0, 0)), Lens(), 100, 0.01, camera_moved=True, unsampled=True)
-    expected = {"textured": True, "normal_mapped": True, "emissive": False, "alpha_masked": True, "lights": 2, "sun": True}
+    expected = {
+        "textured": True,
+        "normal_mapped": True,
+        "emissive": False,
+        "alpha_masked": True,
+        "lights": 2,
+        "sun": True,
+    }
     assert frame == Facts(frame.near_coc_px, frame.far_coc_px, **expected, camera_moved=True, unsampled=True)

@@ -11,7 +11,7 @@ import pytest
 APP = Path(__file__).parents[2] / "app"
 LAYERS = (  # a module imports from its own layer and from those above it in this list, without cycles
     ("errors", "settings", "optics", "sampling", "paths", "data"),
-    ("camera",),
+    ("camera", "controls"),
     ("scene",),
     ("bvh",),
     ("frame",),

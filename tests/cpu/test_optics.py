@@ -6,6 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy import stats
+
 from app.optics import (
     IN_FOCUS_COC_PX,
     SKY_DEPTH,
@@ -20,9 +24,6 @@ from app.optics import (
     lens_point,
 )
 from app.sampling import sobol4
-from hypothesis import assume, given
-from hypothesis import strategies as st
-from scipy import stats
 
 APERTURES = [(0, 0.0, 1.0), (3, 0.0, 1.0), (4, 0.7, 1.0), (5, -2.0, 1.6), (6, 3.0, 0.5), (9, 0.3, 1.0), (16, 0.0, 2.0)]
 EACH_APERTURE = pytest.mark.parametrize(("blades", "rotation", "anamorphic"), APERTURES)
@@ -38,7 +39,7 @@ def uniform(count: int, seed: int = 3) -> np.ndarray:
     return np.random.default_rng(seed).random((count, 2))
 
 
-# -- the circle of confusion -----------------------------------------------------------------------------------------------------------
+# -- the circle of confusion -------------------------------------------------------------------------------------------
 
 
 @given(z=depths, d=depths, share=st.floats(1e-4, 0.9), aperture=st.floats(1e-4, 1.0), fov=fovs, height=heights)
@@ -59,7 +60,9 @@ def test_coc_is_the_textbook_formula(
     z=st.floats(0.05, 1e4), d=st.floats(0.05, 1e4), x=st.floats(-3, 3), ux=st.floats(-1, 1), aperture=st.floats(0, 1)
 )
 def test_coc_is_what_a_lens_ray_does(z: float, d: float, x: float, ux: float, aperture: float) -> None:
-    """The ray from lens point u through a point at depth z meets the focal plane u coc pixels from the pinhole's pixel."""
+    """The ray from lens point u through a point at depth z meets the focal plane u coc pixels from the pinhole's
+    pixel.
+    """
     fov, height = math.radians(40), 720
     point, lens = np.array([x * z, z]), np.array([ux * aperture / 2, 0.0])
     at_focus = lens + (point - lens) * (d / z)
@@ -104,10 +107,10 @@ def test_depth_beyond_the_largest_far_coc_does_not_exist() -> None:
 
 
 def test_the_focus_zone_is_the_posters() -> None:
-    assert (2.0 * IN_FOCUS_COC_PX) ** 2 == pytest.approx(2.0)
+    assert pytest.approx(2.0) == (2.0 * IN_FOCUS_COC_PX) ** 2
 
 
-# -- the aperture ----------------------------------------------------------------------------------------------------------------------
+# -- the aperture ------------------------------------------------------------------------------------------------------
 
 
 @EACH_APERTURE
@@ -124,7 +127,9 @@ def test_points_lie_inside_and_fill_it_by_area(blades: int, rotation: float, ana
 
 
 def perimeter(points: np.ndarray, blades: int, rotation: float, anamorphic: float) -> np.ndarray:
-    """Area swept from angle 0 to each point's direction, as a fraction of the whole: uniform for points uniform by area."""
+    """Area swept from angle 0 to each point's direction, as a fraction of the whole: uniform for points uniform by
+    area.
+    """
     angle = (np.arctan2(points[:, 1], points[:, 0] * anamorphic) - rotation) / (2.0 * math.pi) % 1.0
     if blades < 3:
         return angle
@@ -158,7 +163,10 @@ def test_area_by_monte_carlo(blades: int, rotation: float, anamorphic: float) ->
 def test_the_rim_has_gauge_one_and_the_gauge_scales(blades: int, rotation: float, anamorphic: float) -> None:
     u = uniform(500)
     if blades < 3:
-        rim = concentric_disc(np.stack([u[:, 0], np.ones(500)], -1)) / [anamorphic, 1.0]  # the square's edge is the circle
+        rim = concentric_disc(np.stack([u[:, 0], np.ones(500)], -1)) / [
+            anamorphic,
+            1.0,
+        ]  # the square's edge is the circle
     else:
         rim = lens_point(np.stack([u[:, 0], np.ones(500)], -1), blades, rotation, anamorphic)
     np.testing.assert_allclose(lens_gauge(rim, blades, rotation, anamorphic), 1.0, rtol=1e-13)
@@ -197,7 +205,9 @@ def test_no_corner_of_the_square_leaves_the_aperture(
 
 
 def test_the_disc_map_keeps_neighbours_together() -> None:
-    """Continuous and area-preserving: a step in the square moves a point at most by a constant factor (Shirley and Chiu 1997)."""
+    """Continuous and area-preserving: a step in the square moves a point at most by a constant factor (Shirley and Chiu
+    1997).
+    """
     base = uniform(5000)
     for axis in (0, 1):
         step = np.zeros(2)
@@ -206,7 +216,7 @@ def test_the_disc_map_keeps_neighbours_together() -> None:
         assert moved.max() < 1e-7 * math.pi  # the Jacobian's largest singular value is below pi
 
 
-# -- spherical aberration ----------------------------------------------------------------------------------------------------------------
+# -- spherical aberration ----------------------------------------------------------------------------------------------
 
 
 @given(u=st.floats(0, 1), s=aberrations)

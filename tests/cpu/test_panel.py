@@ -17,7 +17,7 @@ from app.frame.targets import TARGETS
 from app.panel import style
 from app.panel.input import UiInput, imgui_key
 from app.panel.knobs import TITLES, describe, draw_knob, title
-from app.panel.model import Cost, Look, Shown
+from app.panel.model import Cost, Look, Request, Shown
 from app.panel.panel import Panel
 from app.panel.scenes import camera_files
 from app.panel.views import VIEWABLE, value_range
@@ -65,10 +65,15 @@ def shown() -> Shown:
     )
 
 
-def draw(panel: Panel, look: Look, what: Shown, size: tuple[float, float] = SIZE) -> Look:
+def frame(panel: Panel, look: Look, what: Shown, size: tuple[float, float] = SIZE) -> tuple[Look, list[Request]]:
     imgui.new_frame()
-    look, requests = panel.draw(look, what, size)
+    result = panel.draw(look, what, size)
     imgui.render()
+    return result
+
+
+def draw(panel: Panel, look: Look, what: Shown, size: tuple[float, float] = SIZE) -> Look:
+    look, requests = frame(panel, look, what, size)
     assert requests == []
     return look
 
@@ -132,6 +137,30 @@ def test_a_click_on_a_view_button_chooses_it() -> None:
     """The first button of the row is looked for by its height, since fonts differ."""
     views = {clicked_at(height).view for height in range(40, 140, 8)}
     assert views == {"hybrid", "sharp"}
+
+
+def test_a_typed_path_and_enter_ask_for_that_scene() -> None:
+    """The path's field is looked for by its height, like the button above."""
+    asked = set()
+    for height in range(140, 280, 8):
+        with interface():
+            panel, look, source = Panel(), Look(), UiInput()
+            draw(panel, look, Shown())
+            source.pointer(SIZE[0] - panel.width + 30.0, height)
+            for down in (True, False):
+                source.button("left", down)
+                draw(panel, look, Shown())
+            requests: list[Request] = []
+            for character in "~/a b.glb":
+                source.text(character)
+                look, found = frame(panel, look, Shown())
+                requests += found
+            for down in (True, False):
+                source.key("return", down)
+                look, found = frame(panel, look, Shown())
+                requests += found
+            asked |= set(requests)
+    assert asked == {Request("load", "~/a b.glb")}
 
 
 def test_a_new_group_of_settings_gets_a_readable_title() -> None:

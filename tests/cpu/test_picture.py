@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
+
 from app.errors import UserError
 from app.picture import check_path, read_exr, write_atomically, write_exr, write_json, write_png
 from app.settings import Settings, from_dict, put, to_dict
-from PIL import Image
 
 rng = np.random.default_rng(4)
 
@@ -94,7 +95,9 @@ def test_a_relative_path_means_the_current_folder(tmp_path: Path, monkeypatch: p
     assert json.loads(Path("x.json").read_text()) == {"ms": [1.5]}
 
 
-@pytest.mark.parametrize("name", ["picture", "picture.jpg", "picture.png.txt", ".png", "nowhere/picture.png", "folder.png"])
+@pytest.mark.parametrize(
+    "name", ["picture", "picture.jpg", "picture.png.txt", ".png", "nowhere/picture.png", "folder.png"]
+)
 def test_unusable_paths_are_one_sentence_before_rendering(tmp_path: Path, name: str) -> None:
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(UserError, match="-o ") as caught:

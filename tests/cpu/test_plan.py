@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+
 from app.errors import UserError
 from app.frame.plan import PlanError, plan
 from app.frame.records import FramePlan, Need, Pass, split_read
@@ -111,7 +112,9 @@ def test_buffers_are_inputs_and_fills_are_outputs() -> None:
 
 
 def test_history_is_kept_alive_but_not_awaited() -> None:
-    """Last frame's value is there before this frame wrote anything, and a pass whose output is only a history still runs."""
+    """Last frame's value is there before this frame wrote anything, and a pass whose output is only a history still
+    runs.
+    """
     reader = step("r", history=("old",), writes=("v",))
     writer = step("w", writes=("old",))
     assert names(planned("v", reader, writer)) == ["r", "w"]

@@ -10,20 +10,31 @@ from enum import Enum
 from typing import Any
 
 import pytest
-from app.errors import BAD_INPUT, UserError
-from app.settings import Settings, from_dict, history_key, parse, plain, put, to_dict, walk
 from hypothesis import given
 from hypothesis import strategies as st
+
+from app.errors import BAD_INPUT, UserError
+from app.settings import Settings, from_dict, history_key, parse, plain, put, to_dict, walk
 
 LEAVES = {path: (leaf, value) for path, leaf, value in walk(Settings())}
 EACH_LEAF = pytest.mark.parametrize("path", LEAVES)
 UNITS = {"", "m", "px", "deg", "of height", "rays", "EV"}
 
 #: Names that other tools call (DESIGN, section 7): renaming one breaks them.
-CONTRACT = (
-    "lens.aperture lens.focus_distance lens.blades lens.rotation lens.anamorphic lens.spherical_aberration rays.budget "
-    "rays.max_per_pixel blend.hit_ratio blend.specular shading.mode shading.background"
-).split()
+CONTRACT = [
+    "lens.aperture",
+    "lens.focus_distance",
+    "lens.blades",
+    "lens.rotation",
+    "lens.anamorphic",
+    "lens.spherical_aberration",
+    "rays.budget",
+    "rays.max_per_pixel",
+    "blend.hit_ratio",
+    "blend.specular",
+    "shading.mode",
+    "shading.background",
+]
 
 
 def values(leaf: Field[Any]) -> st.SearchStrategy[Any]:
@@ -134,7 +145,9 @@ def test_bad_text_is_one_sentence_that_names_the_option(path: str) -> None:
         assert f"--{path}" in one_sentence(caught.value)
 
 
-@pytest.mark.parametrize("path", ["", "lens", "lens.", "lens.apertur", "nothing", "lens.aperture.x", ".", "rays.budget "])
+@pytest.mark.parametrize(
+    "path", ["", "lens", "lens.", "lens.apertur", "nothing", "lens.aperture.x", ".", "rays.budget "]
+)
 def test_unknown_paths_are_one_sentence(path: str) -> None:
     with pytest.raises(UserError) as caught:
         from_dict({path: 1})

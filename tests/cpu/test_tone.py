@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from app.tone import srgb_decode, srgb_encode, tone_aces, tone_neutral
 from hypothesis import given
 from hypothesis import strategies as st
+
+from app.tone import srgb_decode, srgb_encode, tone_aces, tone_neutral
 
 unit = st.floats(0.0, 1.0)
 light = st.floats(0.0, 1e6)

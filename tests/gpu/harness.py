@@ -6,6 +6,7 @@ import re
 
 import moderngl
 import numpy as np
+
 from app.gpu.shaders import ShaderError, assemble, explain, load_glsl
 
 #: GLSL type -> (numpy type, components)
@@ -19,7 +20,12 @@ _SIGNATURE = re.compile(r"\s*(\w+)\s+(\w+)\s*\(([^)]*)\)\s*")
 
 
 def call_glsl(
-    ctx: moderngl.Context, include: str, signature: str, *args: object, defines: dict[str, object] | None = None, extra: str = ""
+    ctx: moderngl.Context,
+    include: str,
+    signature: str,
+    *args: object,
+    defines: dict[str, object] | None = None,
+    extra: str = "",
 ) -> np.ndarray:
     """Call `signature` ("float f(vec2 a, float b)") from the file `include` for every row of `args` (broadcast).
 
@@ -43,7 +49,9 @@ def call_glsl(
         buffer.bind_to_storage_buffer(i + 1)
         buffers.append(buffer)
     base, k = _TYPES[result]
-    store = " ".join(f"r[i*{k}u+{j}u] = {'uint(v)' if result == 'bool' else f'v[{j}]' if k > 1 else 'v'};" for j in range(k))
+    store = " ".join(
+        f"r[i*{k}u+{j}u] = {'uint(v)' if result == 'bool' else f'v[{j}]' if k > 1 else 'v'};" for j in range(k)
+    )
     kernel = f"""#include "{include}"
 {extra}
 layout(local_size_x = 64) in;

@@ -104,8 +104,11 @@ def mask_gradient(normal: Array, coc: Array, smoothing_px: float) -> Array:
     gauss = np.exp(-0.5 * offsets**2 / max(sigma * sigma, 1e-4))
     gauss /= gauss.sum()
     reach = _GAUSS + 2
-    padded = np.pad(guide, ((reach, reach), (reach, reach), (0, 0)), mode="edge")
-    padded[..., 3] = np.pad(guide[..., 3], reach, mode="reflect", reflect_type="odd")
+    wanted = [np.arange(-reach, n + reach) for n in guide.shape[:2]]
+    within = [np.clip(i, 0, n - 1) for i, n in zip(wanted, guide.shape)]
+    mirror = [np.clip(2 * j - i, 0, n - 1) for i, j, n in zip(wanted, within, guide.shape)]
+    padded = guide[np.ix_(*within)]
+    padded[..., 3] = 2.0 * padded[..., 3] - guide[..., 3][np.ix_(*mirror)]  # a plane goes on beyond the picture
     smooth = correlate(correlate(padded, gauss, 1), gauss, 0)
     dx = correlate(correlate(smooth, _DERIVATIVE, 1), _SMOOTHING, 0) / _RAMP
     dy = correlate(correlate(smooth, _SMOOTHING, 1), _DERIVATIVE, 0) / _RAMP

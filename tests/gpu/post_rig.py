@@ -1,4 +1,4 @@
-"""Runs the post-process on pictures made in numpy: the same passes, plan and programs as the renderer, without a scene."""
+"""Runs the post-process on pictures made in numpy: the renderer's passes, plan and programs, without a scene."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import math
 
 import moderngl
 import numpy as np
+
 from app.frame.plan import plan
 from app.frame.post import POST
-from app.frame.records import Pass
-from app.frame.targets import TARGETS
+from app.frame.records import Call, Pass
 from app.gpu.layout import FRAME
 from app.gpu.programs import Programs, check_names
 from app.gpu.targets import Targets
-from app.optics import SKY_DEPTH  # noqa: F401  (re-exported for tests)
 from app.scene.facts import Facts
 from app.settings import Settings, ShadingMode, put
 
@@ -24,7 +23,9 @@ UNLIT = put(Settings(), "shading.mode", ShadingMode.UNLIT)
 class PostRig:
     """The post-process at one size (width, height) and one set of settings. Arrays are (h, w, c), bottom row first."""
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], settings: Settings = UNLIT, max_coc_px: float = 40.0) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, size: tuple[int, int], settings: Settings = UNLIT, max_coc_px: float = 40.0
+    ) -> None:
         self.ctx, self.size, self.settings, self.max_coc_px = ctx, size, settings, max_coc_px
         self.targets, self.programs = Targets(ctx, size), Programs(ctx)
         self.block = ctx.buffer(reserve=FRAME.itemsize)
@@ -68,7 +69,7 @@ class PostRig:
         block["lens_aberration"] = lens.spherical_aberration
         return block
 
-    def _call(self, call) -> None:  # noqa: ANN001
+    def _call(self, call: Call) -> None:
         compiled = self.programs.get(call.step.shader, call.defines)
         check_names(call, compiled)
         for unit, (name, target) in enumerate(call.reads):
@@ -83,6 +84,3 @@ class PostRig:
             self.block.bind_to_uniform_block(0)
         grid = self.targets.texture(call.writes[0])
         compiled.program.run(math.ceil(grid.width / call.step.group[0]), math.ceil(grid.height / call.step.group[1]))
-
-
-assert TARGETS["post"].scale == 1

@@ -1,13 +1,14 @@
-"""Float64 twins of the post-process's pure functions: glsl/lib/splat.glsl, kernel.glsl, median.glsl and tile_reach.glsl."""
+"""Float64 twins of the post-process's pure functions: glsl/lib/splat.glsl, kernel.glsl and tile_reach.glsl."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from app.frame.targets import TILE_PX
 from app.optics import IN_FOCUS_COC_PX
-from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,9 @@ def finite_radiance(c: ArrayLike) -> Array:
 
 
 def gathered_coc(coc: ArrayLike, limit: ArrayLike) -> Array:
-    return np.clip(np.nan_to_num(np.asarray(coc, float), nan=0.0, posinf=np.inf, neginf=-np.inf), -np.asarray(limit), limit)
+    return np.clip(
+        np.nan_to_num(np.asarray(coc, float), nan=0.0, posinf=np.inf, neginf=-np.inf), -np.asarray(limit), limit
+    )
 
 
 def silhouette_px(own: ArrayLike, coc: ArrayLike) -> Array:
@@ -87,7 +90,9 @@ def aperture_point(turn: float, area: float, blades: int, rotation: float, anamo
         edge = math.floor(turn % 1.0 * blades)
         along = turn % 1.0 * blades - edge
         a, b = (2.0 * math.pi * (edge + i) / blades + rotation for i in (0, 1))
-        point = math.sqrt(area) * ((1.0 - along) * np.array([math.cos(a), math.sin(a)]) + along * np.array([math.cos(b), math.sin(b)]))
+        point = math.sqrt(area) * (
+            (1.0 - along) * np.array([math.cos(a), math.sin(a)]) + along * np.array([math.cos(b), math.sin(b)])
+        )
     return point / np.array([anamorphic, 1.0])
 
 
@@ -97,9 +102,13 @@ def kernel_tap(index: int, n: int, frame: int, blades: int, rotation: float, ana
     k = (math.isqrt(index) + 1) // 2
     turn = (index - first_tap(k) + (k * GOLDEN + (frame & 1023) * PLASTIC) % 1.0) / ring_taps(k)
     inner, outer = ring_rim(k - 1, n) ** 2, ring_rim(k, n) ** 2
-    return aperture_point(turn, inner + (outer - inner) * ((0.5 + (frame & 1023) * GOLDEN) % 1.0), blades, rotation, anamorphic)
+    return aperture_point(
+        turn, inner + (outer - inner) * ((0.5 + (frame & 1023) * GOLDEN) % 1.0), blades, rotation, anamorphic
+    )
 
 
 def tile_reach(radius: ArrayLike) -> NDArray[np.int64]:
     radius = np.asarray(radius, float)
-    return np.where(radius <= IN_FOCUS_COC_PX, 0, 1 + np.floor((np.maximum(radius, 0.0) + REACH_MARGIN_PX) / TILE_PX)).astype(int)
+    return np.where(
+        radius <= IN_FOCUS_COC_PX, 0, 1 + np.floor((np.maximum(radius, 0.0) + REACH_MARGIN_PX) / TILE_PX)
+    ).astype(int)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
+
 from app import optics
 
 from .harness import call_glsl

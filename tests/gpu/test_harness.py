@@ -5,6 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 import pytest
+
 from app.gpu.shaders import ShaderError
 
 from .harness import call_glsl

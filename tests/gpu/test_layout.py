@@ -5,6 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 import pytest
+
 from app.data import data_dir
 from app.gpu.layout import FRAME, STRUCTS, STRUCTS_FILE, VERTEX, struct, struct_fields, struct_name, structs_glsl
 from app.gpu.shaders import assemble, load_glsl
@@ -144,7 +145,9 @@ def test_no_space_is_lost_and_every_field_says_what_it_means(dtype: np.dtype) ->
 
 
 def test_struct_follows_the_alignment_rules_of_std430() -> None:
-    dtype = struct("S", {"a": ("float", ""), "b": ("vec3", ""), "c": ("float", ""), "d": ("vec2", ""), "e": ("mat4", "")})
+    dtype = struct(
+        "S", {"a": ("float", ""), "b": ("vec3", ""), "c": ("float", ""), "d": ("vec2", ""), "e": ("mat4", "")}
+    )
     assert [dtype.fields[n][1] for n in dtype.names] == [0, 16, 28, 32, 48]
     assert dtype.itemsize == 112
     assert struct("T", {"a": ("float", "")}, uniform=True).itemsize == 16

@@ -5,6 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 import pytest
+
 from app import optics
 
 from .harness import call_glsl
@@ -35,7 +36,11 @@ def test_lens_point(ctx: moderngl.Context, blades: int, rotation: float, anamorp
     call = "vec2 lens_point(vec2 s, int b, float r, float a, float w)"
     found = call_glsl(ctx, FILE, call, SQUARES, blades, rotation, anamorphic, aberration)
     expected = optics.lens_point(
-        SQUARES.astype(float), blades, float(np.float32(rotation)), float(np.float32(anamorphic)), float(np.float32(aberration))
+        SQUARES.astype(float),
+        blades,
+        float(np.float32(rotation)),
+        float(np.float32(anamorphic)),
+        float(np.float32(aberration)),
     )
     assert np.isfinite(found).all()
     np.testing.assert_allclose(found, expected, atol=ANGULAR * max(1.0, 1.0 / anamorphic))
@@ -55,7 +60,9 @@ def test_lens_gauge(ctx: moderngl.Context, blades: int, rotation: float, anamorp
     offsets[:3] = (0.0, 0.0), (1e-20, 0.0), (0.0, -1e4)
     call = "float lens_gauge(vec2 o, int b, float r, float a)"
     found = call_glsl(ctx, FILE, call, offsets, blades, rotation, anamorphic)
-    expected = optics.lens_gauge(offsets.astype(float), blades, float(np.float32(rotation)), float(np.float32(anamorphic)))
+    expected = optics.lens_gauge(
+        offsets.astype(float), blades, float(np.float32(rotation)), float(np.float32(anamorphic))
+    )
     np.testing.assert_allclose(found, expected, rtol=2.0 * ANGULAR, atol=1e-18)  # 1e-20 squared underflows in length()
 
 

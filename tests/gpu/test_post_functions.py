@@ -6,6 +6,8 @@ import moderngl
 import numpy as np
 import pytest
 
+from app.optics import aberration_weight, coc_px
+
 from . import post_twin as twin
 from .harness import call_glsl
 
@@ -22,12 +24,16 @@ def f32(x: np.ndarray) -> np.ndarray:
 def test_finite_radiance_lets_nothing_odd_through(ctx: moderngl.Context) -> None:
     odd = np.array([np.nan, np.inf, -np.inf, -1.0, -0.0, 0.0, 1e-6, 1.0, 6e4, 7e4, 3e38])
     c = np.stack([odd, np.roll(odd, 1), np.roll(odd, 2), np.roll(odd, 3)], -1)
-    assert (call_glsl(ctx, SPLAT, "vec4 finite_radiance(vec4 c)", c) == twin.finite_radiance(c).astype(np.float32)).all()
+    assert (
+        call_glsl(ctx, SPLAT, "vec4 finite_radiance(vec4 c)", c) == twin.finite_radiance(c).astype(np.float32)
+    ).all()
 
 
 def test_gathered_coc(ctx: moderngl.Context) -> None:
     coc = np.array([np.nan, np.inf, -np.inf, -50.0, -40.0, 0.0, 3.5, 40.0, 41.0])
-    assert (call_glsl(ctx, SPLAT, "float gathered_coc(float c, float l)", coc, 40.0) == twin.gathered_coc(coc, 40.0)).all()
+    assert (
+        call_glsl(ctx, SPLAT, "float gathered_coc(float c, float l)", coc, 40.0) == twin.gathered_coc(coc, 40.0)
+    ).all()
 
 
 def test_silhouette_has_the_blur_of_the_nearer_surface(ctx: moderngl.Context) -> None:
@@ -38,10 +44,11 @@ def test_silhouette_has_the_blur_of_the_nearer_surface(ctx: moderngl.Context) ->
 
 
 def test_ring_light_matches_its_twin(ctx: moderngl.Context) -> None:
-    inner, width, radius = f32(rng.uniform(0, 30, 5000)), f32(rng.uniform(0.01, 9, 5000)), f32(rng.uniform(0.1, 40, 5000))
+    inner, width, radius = (rng.uniform(low, high, 5000) for low, high in ((0, 30), (0.01, 9), (0.1, 40)))
     inner2, outer2, radius2, s = f32(inner**2), f32((inner + width) ** 2), f32(radius**2), f32(rng.uniform(-1, 1, 5000))
     got = call_glsl(ctx, SPLAT, "float ring_light(float a, float b, float r, float s)", inner2, outer2, radius2, s)
-    # A difference of two numbers of at most 1, each of a few rounded operations (the reciprocal alone is good to 2.5 ulp in GLSL) with slope <= 3.
+    # A difference of two numbers of at most 1, each of a few rounded operations with slope <= 3; the reciprocal is good
+    # to 2.5 ulp.
     assert np.abs(got - twin.ring_light(inner2, outer2, radius2, s)).max() < 24 * EPS
 
 
@@ -55,8 +62,6 @@ def test_rings_of_a_kernel_share_out_a_splat_exactly(aberration: float) -> None:
 
 def test_ring_light_is_the_integral_of_the_lens_weight() -> None:
     t = (np.arange(20000) + 0.5) / 20000
-    from app.optics import aberration_weight
-
     weight = aberration_weight(t, 0.6)
     inside = (t >= 0.2) & (t < 0.45)
     assert twin.ring_light(0.2 * 9, 0.45 * 9, 9.0, 0.6) == pytest.approx(weight[inside].mean() * 0.25, abs=1e-4)
@@ -81,17 +86,23 @@ def test_stacked_layers_never_cover_more_than_the_lens(ctx: moderngl.Context) ->
 
 
 @pytest.mark.parametrize(("blades", "anamorphic"), [(0, 1.0), (0, 2.0), (3, 1.0), (6, 1.5)])
-def test_kernel_taps_match_their_twins_and_fill_their_rings(ctx: moderngl.Context, blades: int, anamorphic: float) -> None:
+def test_kernel_taps_match_their_twins_and_fill_their_rings(
+    ctx: moderngl.Context, blades: int, anamorphic: float
+) -> None:
     n, frame, rotation = 4, 13, 0.4
     index = np.arange(twin.kernel_taps(n))
-    got = call_glsl(ctx, KERNEL, "vec2 kernel_tap(int i, int n, uint f, int b, float r, float a)", index, n, frame, blades, rotation, anamorphic)
-    expected = np.array([twin.kernel_tap(i, n, frame, blades, float(np.float32(rotation)), anamorphic) for i in index])
-    # GLSL leaves the error of sin and cos open; 2^-11 is what desktop drivers keep, and a thousandth of the kernel is far below a texel.
+    signature = "vec2 kernel_tap(int i, int n, uint f, int b, float r, float a)"
+    got = call_glsl(ctx, KERNEL, signature, index, n, frame, blades, rotation, anamorphic)
+    turned = float(np.float32(rotation))
+    expected = np.array([twin.kernel_tap(i, n, frame, blades, turned, anamorphic) for i in index])
+    # GLSL leaves the error of sin and cos open; 2^-11 is what desktop drivers keep, far below a texel.
     assert np.abs(got - expected).max() < 2.0**-11
-    gauge = call_glsl(ctx, "lib/lens.glsl", "float lens_gauge(vec2 o, int b, float r, float a)", got, blades, rotation, anamorphic)
+    signature = "float lens_gauge(vec2 o, int b, float r, float a)"
+    gauge = call_glsl(ctx, "lib/lens.glsl", signature, got, blades, rotation, anamorphic)
     for k in range(1, n + 1):
         ring = gauge[twin.first_tap(k) : twin.first_tap(k) + twin.ring_taps(k)]
-        assert (ring > twin.ring_rim(k - 1, n) - 1e-3).all() and (ring < twin.ring_rim(k, n) + 1e-3).all()
+        assert (ring > twin.ring_rim(k - 1, n) - 1e-3).all()
+        assert (ring < twin.ring_rim(k, n) + 1e-3).all()
 
 
 def test_ring_counts(ctx: moderngl.Context) -> None:
@@ -103,9 +114,12 @@ def test_median_is_exact(ctx: moderngl.Context) -> None:
     v = rng.standard_normal((2000, 9)).astype(np.float32)
     v[:500] = rng.integers(0, 3, (500, 9))  # ties
     extra = """vec4 middle(vec4 a, vec4 b, float c) {
-    return median9(vec4[9](vec4(a.x), vec4(a.y), vec4(a.z), vec4(a.w), vec4(b.x), vec4(b.y), vec4(b.z), vec4(b.w), vec4(c)));
+    vec4 v[9] = vec4[9](a.xxxx, a.yyyy, a.zzzz, a.wwww, b.xxxx, b.yyyy, b.zzzz, b.wwww, vec4(c));
+    return median9(v);
 }"""
-    got = call_glsl(ctx, "lib/median.glsl", "vec4 middle(vec4 a, vec4 b, float c)", v[:, :4], v[:, 4:8], v[:, 8], extra=extra)
+    got = call_glsl(
+        ctx, "lib/median.glsl", "vec4 middle(vec4 a, vec4 b, float c)", v[:, :4], v[:, 4:8], v[:, 8], extra=extra
+    )
     assert (got == np.median(v, axis=1)[:, None]).all()
 
 
@@ -115,8 +129,6 @@ def test_tile_reach(ctx: moderngl.Context) -> None:
 
 
 def test_coc_of_depth(ctx: moderngl.Context) -> None:
-    from app.optics import coc_px
-
     z, k, inverse = f32(rng.uniform(0.1, 50, 2000)), f32(rng.uniform(1, 500, 2000)), f32(rng.uniform(0.02, 5, 2000))
     got = call_glsl(ctx, "lib/coc.glsl", "float coc_px(float z, float k, float i)", z, k, inverse)
     # The difference 1/d - 1/z cancels near focus: the error is a few ulp of its terms, not of the result.

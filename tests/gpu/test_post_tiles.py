@@ -5,6 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 import pytest
+
 from app.frame.targets import TILE_PX
 from app.optics import IN_FOCUS_COC_PX
 
@@ -39,7 +40,8 @@ def brute_dilation(tiles: np.ndarray) -> np.ndarray:
     for y in range(rows):
         for x in range(columns):
             distance = np.maximum(np.abs(np.arange(rows)[:, None] - y), np.abs(np.arange(columns)[None] - x))
-            near, far = tiles[..., 0][twin.tile_reach(-tiles[..., 0]) >= distance], tiles[..., 1][twin.tile_reach(tiles[..., 1]) >= distance]
+            near = tiles[..., 0][twin.tile_reach(-tiles[..., 0]) >= distance]
+            far = tiles[..., 1][twin.tile_reach(tiles[..., 1]) >= distance]
             result[y, x] = min(tiles[y, x, 0], near.min(initial=np.inf)), max(tiles[y, x, 1], far.max(initial=-np.inf))
     return result
 
@@ -59,7 +61,8 @@ def test_tiles_and_dilation_are_exact(ctx: moderngl.Context, size: tuple[int, in
 def test_every_pixel_that_a_splat_touches_has_been_told(ctx: moderngl.Context) -> None:
     rng = np.random.default_rng(9)
     for _ in range(12):
-        x, y, radius = int(rng.integers(0, 160)), int(rng.integers(0, 96)), float(rng.uniform(IN_FOCUS_COC_PX + 0.01, LIMIT))
+        x, y = rng.integers(0, (160, 96))
+        radius = float(rng.uniform(IN_FOCUS_COC_PX + 0.01, LIMIT))
         coc = np.zeros((96, 160), np.float32)
         coc[y, x] = -radius
         with PostRig(ctx, (160, 96), max_coc_px=LIMIT) as rig:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
+
 from app.sampling import hash_u32
 
 from .harness import call_glsl
@@ -13,8 +14,9 @@ FILE = "lib/running_mean.glsl"
 SAMPLES = 100_000
 INCLUDES = '#include "lib/sampling.glsl"\n'
 
-# Every sample is exact in float32, so that the mean's own rounding is all that differs. x: a large mean with small noise, whose updates
-# fall below half an ulp of it; y: seventeen octaves, as fireflies have; z: one in eight is not a number or infinite.
+# Every sample is exact in float32, so that the mean's own rounding is all that differs. x: a large mean with small
+# noise, whose updates fall below half an ulp of it; y: seventeen octaves, as fireflies have; z: one in eight is not a
+# number or infinite.
 WRAPPER = """
 vec3 noise(uint i, uint seed) {
     uint h = hash_u32(i + hash_u32(seed));
@@ -39,7 +41,9 @@ def twin(count: int, seed: int) -> np.ndarray:
     """The same samples (count, 3) in float64, with black for what is not finite."""
     with np.errstate(over="ignore"):
         h = hash_u32(np.arange(count, dtype=np.uint32) + hash_u32(np.uint32(seed)))
-    return np.stack([1000.0 + (h >> 18) / 16384.0, 2.0 ** ((h % 17).astype(float) - 8.0), np.where(h & 7 == 0, 0.0, 1.0)], -1)
+    return np.stack(
+        [1000.0 + (h >> 18) / 16384.0, 2.0 ** ((h % 17).astype(float) - 8.0), np.where(h & 7 == 0, 0.0, 1.0)], -1
+    )
 
 
 def run(ctx: moderngl.Context, count: int, seeds: list[int]) -> np.ndarray:
@@ -61,8 +65,8 @@ def test_a_hundred_thousand_samples_keep_the_mean_to_the_last_bits(ctx: moderngl
     for mean, seed in zip(found, seeds, strict=True):
         samples = twin(SAMPLES, seed)
         expected = samples.mean(0)
-        # each step rounds (x - mean) / n by a share of eps; weighted by n / N these add up to eps times the mean deviation, and the
-        # compensation leaves one rounding of the mean itself
+        # each step rounds (x - mean) / n by a share of eps; weighted by n / N these add up to eps times the mean
+        # deviation, and the compensation leaves one rounding of the mean itself
         tolerance = EPS * (np.abs(expected) + 2.0 * np.abs(samples - expected).mean(0))
         assert (np.abs(mean[:3] - expected) <= tolerance).all()
 

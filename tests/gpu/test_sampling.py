@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
-from app.sampling import hash_u32, owen_scramble, pixel_seed, r2, sobol4, sobol_directions
 from scipy.stats import qmc
+
+from app.sampling import hash_u32, owen_scramble, pixel_seed, r2, sobol4, sobol_directions
 
 from .harness import call_glsl
 
@@ -16,13 +17,19 @@ def test_hash_and_seed_are_bit_exact(ctx: moderngl.Context) -> None:
     x = rng.integers(0, 2**32, 4096, dtype=np.uint32)
     assert (call_glsl(ctx, "lib/sampling.glsl", "uint hash_u32(uint x)", x) == hash_u32(x)).all()
     pixels = rng.integers(0, 8192, (4096, 2), dtype=np.uint32)
-    assert (call_glsl(ctx, "lib/sampling.glsl", "uint pixel_seed(uvec2 p, uint s)", pixels, 7) == pixel_seed(pixels[:, 0], pixels[:, 1], 7)).all()
+    assert (
+        call_glsl(ctx, "lib/sampling.glsl", "uint pixel_seed(uvec2 p, uint s)", pixels, 7)
+        == pixel_seed(pixels[:, 0], pixels[:, 1], 7)
+    ).all()
 
 
 def test_sobol_is_bit_exact(ctx: moderngl.Context) -> None:
     index = np.concatenate([np.arange(4096), [65535, 2**31, 2**32 - 1]]).astype(np.uint32)
     seed = rng.integers(0, 2**32, len(index), dtype=np.uint32)
-    assert (call_glsl(ctx, "lib/sampling.glsl", "vec4 sobol4(uint i, uint s)", index, seed) == sobol4(index, seed).astype(np.float32)).all()
+    assert (
+        call_glsl(ctx, "lib/sampling.glsl", "vec4 sobol4(uint i, uint s)", index, seed)
+        == sobol4(index, seed).astype(np.float32)
+    ).all()
 
 
 def test_directions_are_the_published_ones() -> None:
@@ -39,7 +46,9 @@ def test_every_power_of_two_prefix_is_stratified() -> None:
     for log2n in (2, 4, 6, 8):
         n, side = 2**log2n, 2 ** (log2n // 2)
         points = sobol4(np.arange(n), np.full(n, 12345))
-        cells = np.floor(points[:, :2] * side).astype(int)  # the lens pair is a (0, 2)-sequence; the pixel pair only stratifies per axis
+        cells = np.floor(points[:, :2] * side).astype(
+            int
+        )  # the lens pair is a (0, 2)-sequence; the pixel pair only stratifies per axis
         assert len(np.unique(cells[:, 0] * side + cells[:, 1])) == n
         for dimension in range(4):
             assert len(np.unique(np.floor(points[:, dimension] * n))) == n

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import moderngl
 import pytest
+
 from app.gpu.programs import Programs
 from app.gpu.shaders import VERSION, ShaderError, assemble, explain
 
@@ -41,7 +42,7 @@ def test_equal_defines_give_equal_text() -> None:
 def test_a_missing_include_names_who_asked() -> None:
     with pytest.raises(ShaderError, match=r'main\.comp:2: no shader file "a\.glsl"'):
         assemble("main.comp", {k: v for k, v in FILES.items() if k != "a.glsl"})
-    with pytest.raises(ShaderError, match="nowhere.comp"):
+    with pytest.raises(ShaderError, match=r"nowhere\.comp"):
         assemble("nowhere.comp", FILES)
 
 
@@ -87,7 +88,12 @@ def test_a_real_compile_error_names_the_real_file_and_line(ctx: moderngl.Context
 
 @pytest.mark.parametrize("at_fault", ["vert", "frag"])
 def test_an_error_in_either_stage_names_that_stage(ctx: moderngl.Context, tmp_path: Path, at_fault: str) -> None:
-    for stage, body in (("vert", "void main() { gl_Position = vec4(0.0); }"), ("frag", "out vec4 out_x; void main() { out_x = vec4(1.0); }")):
-        (tmp_path / f"pair.{stage}").write_text(f"// {stage}\n" + (body.replace("vec4(", "missing(") if stage == at_fault else body))
+    for stage, body in (
+        ("vert", "void main() { gl_Position = vec4(0.0); }"),
+        ("frag", "out vec4 out_x; void main() { out_x = vec4(1.0); }"),
+    ):
+        (tmp_path / f"pair.{stage}").write_text(
+            f"// {stage}\n" + (body.replace("vec4(", "missing(") if stage == at_fault else body)
+        )
     with pytest.raises(ShaderError, match=rf"(?s)pair\.{at_fault}:2:.*missing"):
         Programs(ctx, tmp_path).get("pair", (), ("x",))

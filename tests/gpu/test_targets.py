@@ -7,12 +7,13 @@ from collections.abc import Iterator
 import moderngl
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from app.errors import UserError
 from app.frame.targets import BUFFERS, TARGETS
 from app.gpu.targets import Targets, buffer_bytes, scaled
 from app.optics import SKY_DEPTH
-from hypothesis import given
-from hypothesis import strategies as st
 
 SIZES = [(1, 1), (3, 2), (17, 33), (160, 90), (161, 91)]
 BYTES = {"f1": 1, "f2": 2, "f4": 4}
@@ -101,7 +102,9 @@ def test_a_framebuffer_begins_black_and_as_far_as_the_sky(targets: Targets) -> N
         assert (targets.read("depth") == np.float32(SKY_DEPTH)).all()
         for name in names:
             texture = targets.texture(name)
-            texture.write(np.full(texture.size[0] * texture.size[1] * texture.components, 7, f"<{texture.dtype}").tobytes())
+            texture.write(
+                np.full(texture.size[0] * texture.size[1] * texture.components, 7, f"<{texture.dtype}").tobytes()
+            )
     assert targets.bytes["depth test"] == 161 * 91 * 4
 
 
@@ -134,7 +137,11 @@ def test_clear_zeroes_one_target(targets: Targets) -> None:
 def test_blocks_are_large_enough_and_begin_with_an_empty_dispatch(targets: Targets) -> None:
     for name, buffer in BUFFERS.items():
         width, height = scaled((161, 91), buffer.scale)
-        assert targets.buffer(name).size == buffer_bytes(buffer, (161, 91)) == buffer.header + buffer.bytes_per_pixel * width * height
+        assert (
+            targets.buffer(name).size
+            == buffer_bytes(buffer, (161, 91))
+            == buffer.header + buffer.bytes_per_pixel * width * height
+        )
         targets.buffer(name).write(b"\xff" * buffer.header)
         targets.begin_buffer(name)
         header = np.frombuffer(targets.buffer(name).read(buffer.header), "<u4")

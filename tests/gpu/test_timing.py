@@ -6,9 +6,10 @@ import time
 
 import moderngl
 import pytest
-from app.gpu.timing import AGREEMENT, ENOUGH_MS, GPU_TIMER, KEPT, RING, WALL_CLOCK, Profiler, choose_source, self_test
 from hypothesis import given
 from hypothesis import strategies as st
+
+from app.gpu.timing import AGREEMENT, ENOUGH_MS, GPU_TIMER, KEPT, RING, WALL_CLOCK, Profiler, choose_source, self_test
 
 
 @pytest.mark.parametrize("query_ms", [0.0, 1e-6, -1.0, float("nan"), float("inf"), 4295.0])

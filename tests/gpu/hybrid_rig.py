@@ -1,0 +1,113 @@
+"""Runs some of the hybrid's passes on arrays made in numpy, with the records, programs and targets of the renderer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import moderngl
+import numpy as np
+
+from app.frame.hybrid import HYBRID
+from app.frame.records import Call, Pass, split_read
+from app.frame.targets import TARGETS
+from app.gpu.layout import FRAME
+from app.gpu.programs import Programs, check_names
+from app.gpu.targets import Targets
+from app.scene.facts import Facts
+from app.settings import Settings
+
+_NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
+PASSES = {step.name: step for step in HYBRID}
+MASKING = ("mask_edges", "reach_rows", "reach_columns", "mask_rows", "mask")
+BUDGETING = ("ray_budget", "ray_list")
+
+
+class HybridRig:
+    """Passes at one full resolution (width, height). Arrays are (h, w) or (h, w, c), bottom row first."""
+
+    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], settings: Settings | None = None) -> None:
+        self.settings = settings or Settings()
+        self.targets, self.programs = Targets(ctx, size), Programs(ctx)
+        self._ctx, self._size = ctx, size
+        self._block = ctx.buffer(reserve=FRAME.itemsize)
+
+    def __enter__(self) -> HybridRig:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.targets.release()
+        self.programs.release()
+        self._block.release()
+
+    def give(self, previous: bool = False, **arrays: np.ndarray) -> None:
+        """Fill targets (or, with `previous`, last frame's values) by name."""
+        for name, array in arrays.items():
+            texture = self.targets.texture(name, previous)
+            wanted = (texture.height, texture.width, texture.components)
+            array = np.asarray(array, _NUMPY[TARGETS[name].dtype]).reshape(wanted)
+            texture.write(np.ascontiguousarray(array).tobytes(), alignment=1)
+
+    def run(self, *names: str, **frame: object) -> None:
+        """Run passes in the given order; `frame` sets fields of the uniform block beside those of the settings."""
+        self._block.write(self._frame(frame).tobytes())
+        for name in {block for n in names for block in PASSES[n].fills}:
+            self.targets.begin_buffer(name)
+        for name in names:
+            self._run(PASSES[name])
+            self._ctx.memory_barrier()
+
+    def swap(self) -> None:
+        """End of frame: what was written becomes history."""
+        for target in {t for step in HYBRID for t in step.history}:
+            self.targets.swap(target)
+
+    def read(self, name: str) -> np.ndarray:
+        """Texels (h, w, c) as float64."""
+        return self.targets.read(name).astype(np.float64)
+
+    def block(self, name: str, dtype: str = "<u4") -> np.ndarray:
+        """A storage block's words."""
+        return np.frombuffer(self.targets.buffer(name).read(), dtype).astype(np.float64 if "f" in dtype else np.int64)
+
+    def _frame(self, fields: Mapping[str, object]) -> np.ndarray:
+        s = self.settings
+        values = {
+            "size_px": self._size,
+            "inverse_size": (1 / self._size[0], 1 / self._size[1]),
+            "mask_sensitivity": s.mask.sensitivity,
+            "mask_threshold": s.mask.threshold,
+            "mask_smoothing": s.mask.smoothing,
+            "ray_budget": s.rays.budget,
+            "max_rays": s.rays.max_per_pixel,
+            "focus_blend": s.rays.focus_blend,
+            "history_alpha": s.rays.history,
+            "blend_hit_ratio": s.blend.hit_ratio,
+            "blend_specular": s.blend.specular,
+        }
+        block = np.zeros((), FRAME)
+        for field, value in {**values, **fields}.items():
+            block[field] = value
+        return block
+
+    def _run(self, step: Pass) -> None:
+        facts = Facts(near_coc_px=50.0, far_coc_px=50.0)
+        reads = tuple(split_read(r) for r in step.reads)
+        call = Call(step, reads, step.writes, step.defines(self.settings, facts), "")
+        compiled = self.programs.get(step.shader, call.defines)
+        check_names(call, compiled)
+        textures = {f"in_{name}": self.targets.texture(target) for name, target in reads}
+        textures |= {f"prev_{t}": self.targets.texture(t, previous=True) for t in step.history}
+        for unit, (name, texture) in enumerate(textures.items()):
+            texture.use(unit)
+            compiled.program[name] = unit
+        for image, target in enumerate(step.writes):
+            self.targets.texture(target).bind_to_image(image, read=False, write=True)
+            compiled.program[f"out_{target}"] = image
+        for binding, name in enumerate((*step.buffers, *step.fills)):
+            self.targets.buffer(name).bind_to_storage_buffer(binding)
+            compiled.program[name].binding = binding
+        if "FrameBlock" in compiled.active:
+            compiled.program["FrameBlock"].binding = 0
+            self._block.bind_to_uniform_block(0)
+        grid = self.targets.texture(step.grid or step.writes[0])
+        compiled.program.run(-(-grid.width // step.group[0]), -(-grid.height // step.group[1]))

@@ -1,0 +1,123 @@
+"""What the window does on request, with a stage that only notes what happened: no display, no GPU."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.camera import Camera, Viewpoint, read_viewpoint
+from app.errors import UserError
+from app.panel.model import Look, Request, Shown
+from app.settings import Settings, put
+from app.window.requests import Requests
+from app.window.state import State
+from app.window.status import StatusLog
+
+HERE = Viewpoint(Camera(eye=(1.0, 2.0, 3.0)), 4.0, 0.25, "here")
+
+
+class FakeStage:
+    """One scene that loads, everything else fails."""
+
+    def __init__(self) -> None:
+        self.name, self.viewpoints, self.extent = "", (HERE,), 16.0
+
+    def load(self, name: str) -> None:
+        if name != "room.glb":
+            raise UserError(f"{name} is no scene.")
+        self.name = name
+
+    def costs(self) -> tuple[()]:
+        return ()
+
+    def picture(self, look: Look) -> np.ndarray:
+        return np.zeros((2, 3, 3), np.uint8)
+
+    def reload_shaders(self) -> str:
+        return "dof/gather.comp:12: error"
+
+    def fitted_range(self, look: Look) -> tuple[float, float]:
+        return -7.0, 7.0
+
+
+@pytest.fixture
+def state() -> State:
+    return State(Look(), Shown())
+
+
+@pytest.fixture
+def requests(state: State, tmp_path: Path) -> Requests:
+    stage: Any = FakeStage()
+    made = Requests(state, stage, tmp_path)
+    made.load("room.glb")
+    return made
+
+
+def test_loading_stands_at_the_scenes_first_viewpoint(state: State, requests: Requests) -> None:
+    assert state.camera == HERE.camera
+    assert (state.look.settings.lens.focus_distance, state.look.settings.lens.aperture) == (4.0, 0.25)
+    assert state.pilot.speed == 2.0  # crosses the 16 m in 8 s
+
+
+def test_options_win_over_the_first_viewpoint_only(tmp_path: Path) -> None:
+    state, stage = State(Look(put(Settings(), "lens.aperture", 0.5)), Shown(), {"lens.aperture": 0.5}), FakeStage()
+    requests = Requests(state, stage, tmp_path)  # type: ignore[arg-type]
+    requests.load("room.glb")
+    assert state.look.settings.lens.aperture == 0.5
+    requests.serve(Request("load", "room.glb"))
+    assert state.look.settings.lens.aperture == 0.25
+
+
+def test_a_failed_load_is_told_and_stays_told_until_one_succeeds(state: State, requests: Requests) -> None:
+    before = state.camera
+    requests.serve(Request("load", "junk.glb"))
+    assert state.shown.load_error == state.shown.message == "junk.glb is no scene."
+    assert state.camera == before
+    requests.serve(Request("load", "room.glb"))
+    assert state.shown.load_error == ""
+
+
+def test_a_saved_camera_reads_back(state: State, requests: Requests, tmp_path: Path) -> None:
+    requests.serve(Request("save camera"))
+    requests.serve(Request("save camera"))
+    assert sorted(path.name for path in tmp_path.glob("*.json")) == ["room-hybrid-2.json", "room-hybrid.json"]
+    found = read_viewpoint(tmp_path / "room-hybrid.json")
+    assert found.camera.eye == HERE.camera.eye
+    assert (found.focus_distance, found.aperture) == (4.0, 0.25)
+
+
+def test_a_missing_folder_for_screenshots_is_a_sentence(state: State, tmp_path: Path) -> None:
+    requests = Requests(state, FakeStage(), tmp_path / "gone")  # type: ignore[arg-type]
+    requests.serve(Request("screenshot"))
+    assert "gone" in state.shown.message
+    assert "no such folder" in state.shown.message
+
+
+def test_a_shader_error_goes_to_the_panel(state: State, requests: Requests) -> None:
+    requests.serve(Request("reload"))
+    assert state.shown.shader_error == "dof/gather.comp:12: error"
+
+
+def test_a_fitted_range_becomes_a_setting(state: State, requests: Requests) -> None:
+    requests.serve(Request("fit range"))
+    overlay = state.look.settings.overlay
+    assert (overlay.range_low, overlay.range_high) == (-7.0, 7.0)
+
+
+def test_going_to_a_viewpoint_without_focus_keeps_the_focus(state: State, requests: Requests) -> None:
+    requests.serve(Request("viewpoint", viewpoint=Viewpoint(Camera(eye=(9.0, 9.0, 9.0)))))
+    assert state.camera.eye == (9.0, 9.0, 9.0)
+    assert state.look.settings.lens.focus_distance == 4.0
+
+
+def test_the_status_log_holds_changes_only(tmp_path: Path) -> None:
+    log = StatusLog(tmp_path / "log")
+    for value in (1, 1, 2):
+        log.write({"value": value})
+    log.close()
+    assert (tmp_path / "log").read_text().splitlines() == ['{"value": 1}', '{"value": 2}']
+    with pytest.raises(UserError, match="--status"):
+        StatusLog(tmp_path / "no" / "log")
