@@ -7,12 +7,12 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from . import commands
 from .errors import UserError
 from .frame.pipeline import VIEWS
-from .settings import Settings, parse, walk
+from .settings import Settings, walk
 
 DEFAULT_SCENE = "still-life"
 COMMANDS = ("view", "shot", "plan", "info", "doctor", "scenes")
@@ -117,15 +117,6 @@ def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> 
         unit = f" [{leaf.metadata['unit']}]" if leaf.metadata["unit"] else ""
         text = f"{leaf.metadata['doc']}{unit} (default {commands.shown(value)})".replace("%", "%%")
         command.add_argument(f"--{path}", metavar="VALUE", help=text, dest=path)
-
-
-def given_settings(options: argparse.Namespace) -> dict[str, Any]:
-    """{dotted path: value} of the settings that were given as options. Raises UserError for a bad value."""
-    return {
-        path: parse(path, text, leaf)
-        for path, leaf, _ in walk(Settings())
-        if (text := getattr(options, path, None)) is not None
-    }
 
 
 def _count(text: str) -> int:

@@ -9,7 +9,7 @@ from importlib import metadata
 from typing import Any
 
 from .camera import Viewpoint, read_viewpoint
-from .settings import Settings, plain, to_dict
+from .settings import Settings, parse, plain, put, to_dict, walk
 
 # lens samples per dispatch of a headless picture: long enough to keep the device busy, short enough for its watchdog
 TRACE_BATCH = 4
@@ -31,9 +31,17 @@ def shown(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
+def given_settings(options: argparse.Namespace) -> dict[str, Any]:
+    """{dotted path: value} of the settings that were given as options. Raises UserError for a bad value."""
+    return {
+        path: parse(path, text, leaf)
+        for path, leaf, _ in walk(Settings())
+        if (text := getattr(options, path, None)) is not None
+    }
+
+
 def view(options: argparse.Namespace) -> int:
     """Open the window."""
-    from .cli import given_settings
     from .window import open_window
 
     settings = Settings()
@@ -50,7 +58,7 @@ def shot(options: argparse.Namespace) -> int:
     from .session import load_gpu_scene
 
     output = check_path(options.output)
-    given = _given(options)
+    given = given_settings(options)
     ctx = headless_context()
     scene, gpu_scene = load_gpu_scene(ctx, options.scene, _progress)
     viewpoint, settings = _viewpoint(options, scene, (gpu_scene.facts.low, gpu_scene.facts.high), given)
@@ -107,7 +115,7 @@ def plan(options: argparse.Namespace) -> int:
 
     scene, triangles = open_scene(options.scene, _progress)
     bounds = scene_bounds(triangles)
-    viewpoint, settings = _viewpoint(options, scene, bounds, _given(options))
+    viewpoint, settings = _viewpoint(options, scene, bounds, given_settings(options))
     facts = frame_facts(
         scene_facts(scene, *bounds), viewpoint.camera, settings.lens, options.size[1], near_plane(*bounds)
     )
@@ -206,12 +214,6 @@ def scenes(options: argparse.Namespace) -> int:
     return 0
 
 
-def _given(options: argparse.Namespace) -> dict[str, Any]:
-    from .cli import given_settings
-
-    return given_settings(options)
-
-
 def _viewpoint(
     options: argparse.Namespace, scene: Any, bounds: Any, given: dict[str, Any]
 ) -> tuple[Viewpoint, Settings]:
@@ -226,8 +228,6 @@ def _batches(total: int, batch: int) -> list[int]:
 
 
 def _with_samples(settings: Settings, samples: int) -> Settings:
-    from .settings import put
-
     return put(settings, "rays.samples_per_frame", samples)  # type: ignore[no-any-return]
 
 

@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import moderngl
 import numpy as np
 
 from .bvh.cache import load_or_build
 from .camera import Viewpoint, look_at
+from .gpu.context import Context
 from .gpu.scene import GpuScene
 from .scene.flatten import flatten
 from .scene.load import load_scene
@@ -29,7 +29,7 @@ def open_scene(name: str, progress: Progress | None = None) -> tuple[Scene, Tria
     return scene, flatten(scene)
 
 
-def load_gpu_scene(ctx: moderngl.Context, name: str, progress: Progress | None = None) -> tuple[Scene, GpuScene]:
+def load_gpu_scene(ctx: Context, name: str, progress: Progress | None = None) -> tuple[Scene, GpuScene]:
     """Load a scene and upload it. The BVH is built, or read from the cache, when rays are first asked for."""
     scene, triangles = open_scene(name, progress)
     build = lambda report=None: load_or_build(triangles.positions, triangles.indices, report)[0]  # noqa: E731

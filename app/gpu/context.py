@@ -9,6 +9,7 @@ import moderngl
 
 from ..errors import NO_GRAPHICS, UserError
 
+Context = moderngl.Context
 REQUIRED = 430  # compute shaders, SSBOs and indirect dispatch
 
 

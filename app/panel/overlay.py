@@ -18,7 +18,16 @@ _PASSIVE = (
     | imgui.WindowFlags_.no_focus_on_appearing
     | imgui.WindowFlags_.no_nav
 )
-HELP_EM = 60.0  # width of the help, in font heights
+_HELP = (
+    imgui.WindowFlags_.no_title_bar
+    | imgui.WindowFlags_.no_resize
+    | imgui.WindowFlags_.no_move
+    | imgui.WindowFlags_.always_auto_resize
+    | imgui.WindowFlags_.no_saved_settings
+    | imgui.WindowFlags_.no_focus_on_appearing
+    | imgui.WindowFlags_.no_nav
+)
+HELP_EM = (0.0, 45.0, 60.0)  # width from which the help stands in one, two, three columns, in font heights
 MARGIN = 10.0  # px between a label and the picture's edge
 
 
@@ -72,18 +81,21 @@ def _progress(stage: str, fraction: float, picture: Rect) -> None:
 
 
 def _help(picture: Rect) -> None:
-    x, y, width, height = picture
-    if width < HELP_EM * imgui.get_font_size():  # too narrow: use the whole window
-        display = imgui.get_io().display_size
-        x, y, width, height = 0.0, 0.0, display.x, display.y
+    """The key table over the picture, or over the whole window if that is too narrow; it scrolls where it must."""
+    em, display = imgui.get_font_size(), imgui.get_io().display_size
+    x, y, width, height = picture if picture[2] >= HELP_EM[-1] * em else (0.0, 0.0, display.x, display.y)
+    columns = sum(width >= needed * em for needed in HELP_EM) or 1
+    groups = list(dict.fromkeys(binding.group for binding in BINDINGS))
     imgui.set_next_window_pos(imgui.ImVec2(x + width / 2, y + height / 2), imgui.Cond_.always, imgui.ImVec2(0.5, 0.5))
-    imgui.set_next_window_bg_alpha(0.9)
-    imgui.begin("##help", None, _PASSIVE)
-    for index, group in enumerate(dict.fromkeys(binding.group for binding in BINDINGS)):
-        if index:
-            imgui.same_line(0.0, 2.0 * imgui.get_font_size())
+    imgui.set_next_window_size_constraints(imgui.ImVec2(0.0, 0.0), imgui.ImVec2(display.x, display.y))
+    imgui.set_next_window_bg_alpha(0.95)
+    imgui.begin("##help", None, _HELP)
+    for column in range(columns):
+        if column:
+            imgui.same_line(0.0, 2.0 * em)
         imgui.begin_group()
-        _help_group([binding for binding in BINDINGS if binding.group == group])
+        for group in groups[column:] if column == columns - 1 else groups[column : column + 1]:
+            _help_group([binding for binding in BINDINGS if binding.group == group])
         imgui.end_group()
     imgui.end()
 

@@ -148,10 +148,16 @@ class Window:
             self._good_view = state.look.view
         except UserError as error:
             state.say(str(error))
-            state.look = replace(state.look, view=self._good_view, compare=False)
+            state.look = self._without_culprit(state.look)
             return
         self._desktop.ctx.finish()  # else a slow device would queue up frames ahead of the events
         state.shown = replace(state.shown, frame_ms=(time.perf_counter() - begin) * 1e3)
+
+    def _without_culprit(self, look: Look) -> Look:
+        """What to show when a view cannot be drawn: the left alone, else the last good view, else the sharp one."""
+        if look.compare:
+            return replace(look, compare=False)
+        return replace(look, view=self._good_view if look.view != self._good_view else "sharp")
 
     def _frame_ui(self) -> None:
         """Put pictures and panel on the window."""

@@ -1,11 +1,12 @@
 // Lays the traced near layer over what lies behind it, and leaves everything outside the ray mask to the post-process.
 // Reads: lit (radiance), coc (px), post (radiance; a: specular luminance of its near layer), full resolution;
-//   far_blur (radiance; a: validity), mask (y: weight of rays), near_light, far_light (premultiplied; a: share of light),
-//   layer_state (z: hit ratio; w: validity), half resolution.
+//   far_blur (radiance; a: validity), mask (y: weight of rays), near_light, far_light (premultiplied; a: share of
+//   light), layer_state (z: hit ratio; w: validity), half resolution.
 // Writes: hybrid (radiance), full resolution.
-// Method: poster, 2.3. Inside the mask, near + (1 - hit ratio) * behind. Behind is the sharp raster image where that is in focus, so that it keeps full
-// resolution; else the traced far layer, which gives way to the post-process where almost all rays hit near. Bright specular bokeh of
-// near surfaces stays the post-process'. The mask's feather hides its edge.
+// Method: poster, 2.3. Inside the mask, near + (1 - hit ratio) * behind. Behind is the sharp raster image where that
+// is in focus, so that it keeps full resolution; else the traced far layer, which gives way to the post-process where
+// almost all rays hit near. Bright specular bokeh of near surfaces stays the post-process'. The mask's feather hides
+// its edge.
 #include "shared/frame.glsl"
 #include "lib/coc.glsl"
 #include "lib/hit_layers.glsl"
@@ -60,7 +61,8 @@ void main() {
         imageStore(out_hybrid, pixel, vec4(post.rgb, 1.0));
         return;
     }
-    // Weights come from accumulated values only, so that the picture is linear in this frame's rays and its mean over frames is unbiased.
+    // Weights come from accumulated values only: the picture is linear in this frame's rays, so that its mean over frames
+    // is unbiased.
     vec4 post_far = textureLod(in_far_blur, uv, 0.0);
     float open = 1.0 - traced.near.a;
     float filtered = post_far_share(traced.ratio, frame.blend_hit_ratio) * post_far.a;

@@ -1,5 +1,6 @@
 // Completes the ray mask: dilates along columns, and counts how often each response occurs.
-// Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response), mask_reach (farthest edge to look for, half-res px, per tile).
+// Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response), mask_reach (farthest edge to look
+//   for, half-res px, per tile).
 // Writes: mask (x: response in steps of 1/255, 0: no rays; y: weight of rays in the composite, 0..1), half resolution.
 // Fills: RayHistogram (masked pixels per response step).
 // Method: see mask_rows.comp. Counts are integers, so that they come out the same in any order.

@@ -1,10 +1,12 @@
 // Finds the edges past which the lens may see more than the raster image holds.
-// Reads: normal (world, octahedral; w: 1 on a surface), coc (signed radius, px), full resolution; tiles (x: most negative CoC, px).
-// Writes: mask_edges (x: response 0..1, 0 below the threshold; y: reach of the edge's near blur, half-res px, 0 if nothing near), half resolution;
-//   mask_tiles (largest reach in the tile, half-res px; one texel per 8x8 half-res px).
-// Method: poster (Tan et al. 2020), 2.1: a Gaussian on the G-buffer, then a 5x5 Sobel kernel on normal and depth. Depth is measured in CoC px, in
-// which an edge matters by how far its blur moves, whatever the scene's scale; the surface's own slope is taken off. One work group smooths in
-// shared memory.
+// Reads: normal (world, octahedral; w: 1 on a surface), coc (signed radius, px), full resolution; tiles (x: most
+//   negative CoC, px).
+// Writes: mask_edges (x: response 0..1, 0 below the threshold; y: reach of the edge's near blur, half-res px, 0 if
+//   nothing near), half resolution; mask_tiles (largest reach in the tile, half-res px; one texel per 8x8 half-res
+//   px).
+// Method: poster (Tan et al. 2020), 2.1: a Gaussian on the G-buffer, then a 5x5 Sobel kernel on normal and depth.
+// Depth is measured in CoC px, in which an edge matters by how far its blur moves, whatever the scene's scale; the
+// surface's own slope is taken off. One work group smooths in shared memory.
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
 #include "lib/octahedral.glsl"
@@ -45,9 +47,11 @@ vec4 block_mean(ivec2 block, out float lowest) {
     return 0.25 * sum;
 }
 
-// Beyond the picture the CoC goes on as steeply as it came (mirrored in the edge's value), so that a slanted plane ends without an edge.
+// Beyond the picture the CoC goes on as steeply as it came (mirrored in the edge's value), so that a slanted plane
+// ends without an edge.
 void load(int slot, ivec2 corner) {
-    ivec2 last = (textureSize(in_coc, 0) - 1) / 2, block = corner + ivec2(slot % LOADED, slot / LOADED), within = clamp(block, ivec2(0), last);
+    ivec2 last = (textureSize(in_coc, 0) - 1) / 2;
+    ivec2 block = corner + ivec2(slot % LOADED, slot / LOADED), within = clamp(block, ivec2(0), last);
     loaded[slot] = block_mean(within, nearest[slot]);
     if (block != within) {
         float unused;
@@ -89,12 +93,15 @@ vec4 sobel(int center, int along, int across) {
     vec4 sum = vec4(0.0);
     for (int i = -2; i <= 2; i++) {
         if (i == 0) continue;
-        for (int j = -2; j <= 2; j++) sum += DERIVATIVE[i + 2] * SMOOTHING[j + 2] * smoothed[center + i * along + j * across];
+        for (int j = -2; j <= 2; j++) {
+            sum += DERIVATIVE[i + 2] * SMOOTHING[j + 2] * smoothed[center + i * along + j * across];
+        }
     }
     return sum / RAMP;
 }
 
-// CoC change per half-res px that the surface at the block has by itself, along one axis; all four pixels within the picture.
+// CoC change per half-res px that the surface at the block has by itself, along one axis; all four pixels within the
+// picture.
 float slope(ivec2 block, ivec2 axis) {
     float c[4];
     ivec2 last = textureSize(in_coc, 0) - 1, first = clamp(2 * block - axis, ivec2(0), max(last - 3 * axis, ivec2(0)));
@@ -106,7 +113,10 @@ float slope(ivec2 block, ivec2 axis) {
 float nearest_around() {
     ivec2 last = textureSize(in_tiles, 0) - 1;
     float lowest = 0.0;
-    for (int i = 0; i < 9; i++) lowest = min(lowest, texelFetch(in_tiles, clamp(ivec2(gl_WorkGroupID.xy) + ivec2(i % 3, i / 3) - 1, ivec2(0), last), 0).x);
+    for (int i = 0; i < 9; i++) {
+        ivec2 tile = clamp(ivec2(gl_WorkGroupID.xy) + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
+        lowest = min(lowest, texelFetch(in_tiles, tile, 0).x);
+    }
     return lowest;
 }
 
@@ -119,7 +129,8 @@ vec2 edge_at(ivec2 p, ivec2 local) {
     float response = mask_response(dd + dn, frame.mask_sensitivity);
     // A line one pixel wide has its gradient beside it: an edge takes the nearest surface among its neighbours.
     float coc = 0.0;
-    for (int i = 0; i < 9; i++) coc = min(coc, nearest[(local.y + SOBEL + GAUSS + i / 3 - 1) * LOADED + local.x + SOBEL + GAUSS + i % 3 - 1]);
+    int first = (local.y + SOBEL + GAUSS - 1) * LOADED + local.x + SOBEL + GAUSS - 1;
+    for (int i = 0; i < 9; i++) coc = min(coc, nearest[first + (i / 3) * LOADED + i % 3]);
     float reach = edge_reach_half(coc);
     return response >= frame.mask_threshold && response > 0.0 && reach > 0.0 ? vec2(response, reach) : vec2(0.0);
 }

@@ -1,9 +1,11 @@
 // Dilates the edges along rows by how far their near blur reaches: the first half of an exact dilation by discs.
-// Reads: mask_edges (x: response; y: reach, half-res px), mask_reach (farthest edge to look for, half-res px, per tile).
-// Writes: mask_rows (x: power of the strongest edge of the row, half-res px^2, negative if none reaches; y: its reach; z: its response), half resolution.
-// Method: a disc of radius r about e covers p exactly if its power r^2 - |p - e|^2 >= 0, and the largest power splits into a maximum along rows and
-// one along columns (as the distance transform of Felzenszwalb and Huttenlocher 2012 does, with radii): no pixel is lost and no square or
-// tile shows.
+// Reads: mask_edges (x: response; y: reach, half-res px), mask_reach (farthest edge to look for, half-res px, per
+//   tile).
+// Writes: mask_rows (x: power of the strongest edge of the row, half-res px^2, negative if none reaches; y: its
+//   reach; z: its response), half resolution.
+// Method: a disc of radius r about e covers p exactly if its power r^2 - |p - e|^2 >= 0, and the largest power splits
+// into a maximum along rows and one along columns (as the distance transform of Felzenszwalb and Huttenlocher 2012
+// does, with radii): no pixel is lost and no square or tile shows.
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_mask_edges;
 uniform sampler2D in_mask_reach;

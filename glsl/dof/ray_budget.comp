@@ -1,8 +1,9 @@
 // Finds how many rays a step of mask response is worth, so that masked pixels get the budgeted mean.
 // Reads: RayHistogram (masked pixels per response step 1..255).
 // Fills: RayBudget (rays per response step).
-// Method: the mean of clamp(scale * level, fewest, most) over the histogram grows with `scale`; each of 256 invocations tries one scale and
-// the interval that holds the answer is divided again, four times: past float32. One work group.
+// Method: the mean of clamp(scale * level, fewest, most) over the histogram grows with `scale`; each of 256
+// invocations tries one scale and the interval that holds the answer is divided again, four times: past float32. One
+// work group.
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
 

@@ -1,9 +1,10 @@
 // Gives each masked pixel its rays of this frame and lists the pixels that have any.
 // Reads: mask (x: response, steps of 1/255), RayBudget (rays per step), last frame's ray_count.
-// Writes: ray_count (x: rays this frame; y: rays of earlier frames, which is the index of the first sample), half resolution.
+// Writes: ray_count (x: rays this frame; y: rays of earlier frames, which is the index of the first sample), half
+//   resolution.
 // Fills: RayWork (dispatch of groups of 64, number of pixels, pixels as x | y << 16).
-// Method: the planned mean is rounded up or down at random in proportion, by a golden-ratio sequence in time with a random start per pixel.
-// A work group appends its pixels together, so that neighbours are traced together.
+// Method: the planned mean is rounded up or down at random in proportion, by a golden-ratio sequence in time with a
+// random start per pixel. A work group appends its pixels together, so that neighbours are traced together.
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
 #include "lib/sampling.glsl"

@@ -1,19 +1,21 @@
 // The two layers of traced light and how they are put together. Float64 twins: tests/gpu/hybrid_twin.py.
 
-const float HALF_RES_COC_PX = 2.0;  // CoC radius whose blur hides that a layer was traced at half resolution (a 2 px box)
+const float HALF_RES_COC_PX = 2.0;  // CoC radius whose blur hides that a layer was traced per 2x2 px
 
-// Part of a hit that belongs to the near layer: none within the focus zone, all `blend` px of CoC in front of it (poster, 2.1).
+// Part of a hit that belongs to the near layer: none within the focus zone, all `blend` px of CoC in front of it
+// (poster, 2.1).
 float near_share(float coc, float in_focus_px, float blend) {
     return smoothstep(0.0, 1.0, (-coc - in_focus_px) / blend);
 }
 
-// Part of what lies behind the near layer that the sharp raster image shows better than any half-res layer: all of it in focus, none once
-// it is blurred or itself in the near layer.
+// Part of what lies behind the near layer that the sharp raster image shows better than any half-res layer: all of it
+// in focus, none once it is blurred or itself in the near layer.
 float sharp_share(float coc, float in_focus_px, float blend) {
     return (1.0 - smoothstep(in_focus_px, HALF_RES_COC_PX, abs(coc))) * (1.0 - near_share(coc, in_focus_px, blend));
 }
 
-// Part of the far layer that the post-process provides: where nearly all rays hit near, few are left for the far layer (poster, 2.3).
+// Part of the far layer that the post-process provides: where nearly all rays hit near, few are left for the far
+// layer (poster, 2.3).
 float post_far_share(float hit_ratio, float threshold) {
     return threshold < 1.0 ? smoothstep(threshold, 1.0, hit_ratio) : 0.0;
 }
@@ -28,8 +30,9 @@ float newest_weight(float rays, float before, float floor_weight) {
     return rays > 0.0 ? max(rays / (rays + before), floor_weight) : 0.0;
 }
 
-// The accumulated hit ratio, kept within twice the standard error of the latest one: what the newest `rays` rays contradict is a ghost.
-// The error is that of a proportion with one success and one failure added (Agresti and Coull 1998), so that it is never zero.
+// The accumulated hit ratio, kept within twice the standard error of the latest one: what the newest `rays` rays
+// contradict is a ghost. The error is that of a proportion with one success and one failure added (Agresti and Coull
+// 1998), so that it is never zero.
 float trusted_ratio(float accumulated, float latest, float rays) {
     float n = rays + 2.0;
     float q = (latest * rays + 1.0) / n;

@@ -1,11 +1,14 @@
 // Adds this frame's rays to the near and the far layer, each fetched from where its own surfaces were last frame.
-// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), ray_count (x: rays), mask (x: response); last frame's layers.
-// Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near mean, y: in the far mean;
-//   z: hit ratio; w: 1 where the layers hold anything), near_light, far_light (what the composite lays: premultiplied; a: share), half resolution.
-// Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still camera takes the plain mean. Both layers
-// move by the mean screen motion of their own hits, or of their neighbours' where no ray hit that layer. Motion composes by the accumulated
-// ratio only as far as the latest rays bear it out. While the camera is still and temporal anti-aliasing averages whole frames (AVERAGED), a frame
-// shows its own rays only: a mean of running means would count the first rays again in every frame.
+// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), ray_count (x: rays), mask (x:
+//   response); last frame's layers.
+// Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near
+//   mean, y: in the far mean; z: hit ratio; w: 1 where the layers hold anything), near_light, far_light (what the
+//   composite lays: premultiplied; a: share), half resolution.
+// Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still camera
+// takes the plain mean. Both layers move by the mean screen motion of their own hits, or of their neighbours' where
+// no ray hit that layer. Motion composes by the accumulated ratio only as far as the latest rays bear it out. While
+// the camera is still and temporal anti-aliasing averages whole frames (AVERAGED), a frame shows its own rays only: a
+// mean of running means would count the first rays again in every frame.
 #include "shared/frame.glsl"
 #include "lib/hit_layers.glsl"
 
@@ -36,7 +39,8 @@ struct Around {
     float rays;   // ... from this many rays
 };
 
-// Last frame's mean at a continuous half-res position: bilinear among the texels that hold one, nothing off screen. `field`: 0 near, 1 far.
+// Last frame's mean at a continuous half-res position: bilinear among the texels that hold one, nothing off screen.
+// `field`: 0 near, 1 far.
 Mean earlier(sampler2D layer, int field, vec2 position) {
     ivec2 size = textureSize(layer, 0);
     if (any(lessThan(position, vec2(0.0))) || any(greaterThan(position, vec2(size)))) return Mean(vec4(0.0), 0.0);
@@ -103,11 +107,15 @@ void main() {
             far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw);
         }
         float rays = texelFetch(in_ray_count, p, 0).x;
-        vec4 near_now = rays > 0.0 ? texelFetch(in_trace_near, p, 0) : vec4(0.0), far_now = rays > 0.0 ? texelFetch(in_trace_far, p, 0) : vec4(0.0);
+        vec4 near_now = vec4(0.0), far_now = vec4(0.0);
+        if (rays > 0.0) {
+            near_now = texelFetch(in_trace_near, p, 0);
+            far_now = texelFetch(in_trace_far, p, 0);
+        }
         float floor_weight = moved ? frame.history_alpha : 0.0;
         add(near, near_now, rays, floor_weight);
         add(far, far_now, rays, floor_weight);
-        ratio = near.layer.a;  // the near layer's own share moved with the edge; what the far layer had left open did not
+        ratio = near.layer.a;  // it moved with the edge; what the far layer had left open did not
         if (moved) ratio = trusted_ratio(ratio, around.ratio, around.rays);
         bool own_rays = AVERAGED == 1 && !moved && rays > 0.0;
         near_light = own_rays ? near_now : composed(near.layer, ratio);

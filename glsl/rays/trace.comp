@@ -1,9 +1,11 @@
 // Traces the lens rays of the listed pixels and sorts what they hit into the near and the far layer.
 // Reads: RayWork (pixels as x | y << 16), ray_count (x: rays, y: index of the first sample), half resolution.
 // Writes: trace_near (radiance times hit ratio; a: hit ratio), trace_far (radiance times the rest; a: the rest),
-//   trace_motion (xy: mean screen motion of near hits since last frame, zw: of far hits, px), half resolution, listed pixels only.
-// Method: distribution ray tracing over lens and pixel block (Cook, Porter and Carpenter 1984); near and far by signed CoC with a smooth band
-// (poster, 2.1). One invocation sums one pixel's rays in order, so that the sum is the same in every run.
+//   trace_motion (xy: mean screen motion of near hits since last frame, zw: of far hits, px), half resolution, listed
+//   pixels only.
+// Method: distribution ray tracing over lens and pixel block (Cook, Porter and Carpenter 1984); near and far by
+// signed CoC with a smooth band (poster, 2.1). One invocation sums one pixel's rays in order, so that the sum is the
+// same in every run.
 #include "shared/frame.glsl"
 #include "lib/sampling.glsl"
 #include "lib/hit_layers.glsl"
@@ -19,7 +21,8 @@ layout(std430) readonly buffer RayWork { uint groups[3]; uint pixel_count; uint 
 
 const float BRIGHTEST = 60000.0;  // fits a float16 target
 
-// Full-res pixel position of a world point; the point lies in front of this frame's camera, but perhaps not of the last frame's.
+// Full-res pixel position of a world point; the point lies in front of this frame's camera, but perhaps not of the
+// last frame's.
 vec2 screen_px(mat4 view_proj, vec3 position) {
     vec4 clip = view_proj * vec4(position, 1.0);
     return (0.5 + 0.5 * clip.xy / max(clip.w, 1e-6)) * frame.size_px;
@@ -27,7 +30,7 @@ vec2 screen_px(mat4 view_proj, vec3 position) {
 
 vec2 motion_px(vec3 position) {
     vec2 moved = screen_px(frame.this_view_proj, position) - screen_px(frame.prev_view_proj, position);
-    return clamp(moved, -2.0 * frame.size_px, 2.0 * frame.size_px);  // behind last frame's camera: off its screen either way
+    return clamp(moved, -2.0 * frame.size_px, 2.0 * frame.size_px);  // behind last frame's camera: off its screen
 }
 
 vec3 finite(vec3 color) {
@@ -46,7 +49,8 @@ void main() {
         float depth;
         vec3 position;
         vec4 color = vec4(finite(radiance(lens_ray(2.0 * (vec2(p) + s.zw), s.xy), depth, position).rgb), 1.0);
-        float share = near_share(coc_px(depth, frame.coc_scale_px, frame.inverse_focus), IN_FOCUS_COC_PX, frame.focus_blend);
+        float coc = coc_px(depth, frame.coc_scale_px, frame.inverse_focus);
+        float share = near_share(coc, IN_FOCUS_COC_PX, frame.focus_blend);
         near += share * color;
         far += (1.0 - share) * color;
         if (frame.camera_moved != 0u) motion += vec4(share, share, 1.0 - share, 1.0 - share) * motion_px(position).xyxy;

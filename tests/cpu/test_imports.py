@@ -10,15 +10,17 @@ import pytest
 
 APP = Path(__file__).parents[2] / "app"
 LAYERS = (  # a module imports from its own layer and from those above it in this list, without cycles
-    ("errors", "settings", "optics", "sampling", "paths", "data"),
+    ("errors", "settings", "optics", "sampling", "tone", "data", "picture"),
     ("camera", "controls"),
     ("scene",),
     ("bvh",),
     ("frame",),
     ("gpu",),
-    ("renderer",),
-    ("panel", "measure"),
-    ("window", "cli", "__main__"),
+    ("renderer", "session"),
+    ("panel",),
+    ("window",),
+    ("commands",),
+    ("cli", "__main__"),
 )
 RANK = {unit: rank for rank, units in enumerate(LAYERS) for unit in units}
 GRAPHICS = {"moderngl", "moderngl_window", "pyglet", "glfw", "OpenGL"}

@@ -1,4 +1,4 @@
-"""The hybrid's arithmetic in float64: the twin of glsl/lib/mask.glsl and glsl/lib/hit_layers.glsl, and of whole mask passes.
+"""The hybrid's arithmetic in float64: the twin of glsl/lib/mask.glsl and hit_layers.glsl, and of mask passes.
 
 Nothing here runs when a picture is drawn: it says what the shaders must compute, so that tests can hold them to it.
 """
@@ -6,6 +6,7 @@ Nothing here runs when a picture is drawn: it says what the shaders must compute
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,7 +36,7 @@ def mask_response(gradient: ArrayLike, sensitivity: ArrayLike) -> Array:
 
 
 def own_slope(differences: ArrayLike) -> Array:
-    """Slope of a surface from three successive differences (..., 3): the smallest if all agree in sign, else 0 (minmod)."""
+    """Slope of a surface from three successive differences (..., 3): the smallest if signs agree, else 0 (minmod)."""
     d = np.asarray(differences, np.float64)
     agree = (np.sign(d) == np.sign(d[..., :1])).all(-1)
     return np.where(agree, np.sign(d[..., 0]) * np.abs(d).min(-1), 0.0)
@@ -95,7 +96,7 @@ def trusted_ratio(accumulated: ArrayLike, latest: ArrayLike, rays: ArrayLike) ->
 
 
 def mask_gradient(normal: Array, coc: Array, smoothing_px: float) -> Array:
-    """|dn| + |dd| per half-res px (h/2, w/2) of full-res normals (h, w, 3), zero in the sky, and CoC [px] (h, w); h and w even."""
+    """|dn| + |dd| per half-res px (h/2, w/2) of full-res normals (h, w, 3) and CoC [px] (h, w); h and w even."""
     blocks = np.concatenate([normal, coc[..., None]], -1)
     h, w = coc.shape
     guide = blocks.reshape(h // 2, 2, w // 2, 2, 4).mean((1, 3))
@@ -127,11 +128,11 @@ def _block_slope(coc: Array) -> Array:
     width = coc.shape[1]
     first = np.clip(np.arange(0, width, 2) - 1, 0, width - 4)
     columns = [coc[::2][:, first + i] for i in range(4)]
-    return own_slope(np.stack([b - a for a, b in zip(columns, columns[1:])], -1))
+    return own_slope(np.stack([b - a for a, b in pairwise(columns)], -1))
 
 
 def dilated(response: Array, reach: Array) -> tuple[Array, Array]:
-    """Brute-force dilation of edges (h, w) by discs of their reach [half-res px]: covering response and largest feather, 0 outside."""
+    """Brute-force dilation of edges (h, w) by discs of their reach [half-res px]: largest response and feather."""
     h, w = response.shape
     y, x = np.mgrid[:h, :w]
     best, feather = np.zeros((h, w)), np.zeros((h, w))
@@ -158,6 +159,6 @@ def rays_per_level(histogram: ArrayLike, budget: float, most: float) -> float:
 
 
 def segment_share(distance: ArrayLike) -> Array:
-    """Part of a unit disc beyond a chord at signed `distance` from its centre: what a straight edge lets the lens see past it."""
+    """Part of a unit disc beyond a chord at signed `distance` from its centre: what the lens sees past an edge."""
     d = np.clip(np.asarray(distance, np.float64), -1.0, 1.0)
     return np.asarray((np.arccos(d) - d * np.sqrt(1.0 - d * d)) / math.pi)

@@ -17,15 +17,32 @@ UNIT = RNG.random(N)
 COC = RNG.uniform(-60.0, 20.0, N)
 ROUNDING = 2e-6  # a few float32 operations on values near 1
 
+OF_MASK = ("mask_response", "edge_reach_half", "planned_rays")
+
 CASES = {
-    "float mask_response(float a, float b)": (twin.mask_response, 10.0 ** RNG.uniform(-4, 3, N), 10.0 ** RNG.uniform(-2, 2, N)),
+    "float mask_response(float a, float b)": (
+        twin.mask_response,
+        10.0 ** RNG.uniform(-4, 3, N),
+        10.0 ** RNG.uniform(-2, 2, N),
+    ),
     "float edge_reach_half(float a)": (twin.edge_reach_half, COC),
-    "float planned_rays(float a, float b, float c, float d)": (twin.planned_rays, RNG.integers(1, 256, N), UNIT, 1.0, 16.0),
+    "float planned_rays(float a, float b, float c, float d)": (
+        twin.planned_rays,
+        RNG.integers(1, 256, N),
+        UNIT,
+        1.0,
+        16.0,
+    ),
     "float near_share(float a, float b, float c)": (twin.near_share, COC, IN_FOCUS_COC_PX, RNG.uniform(0.05, 8.0, N)),
     "float sharp_share(float a, float b, float c)": (twin.sharp_share, 0.1 * COC, IN_FOCUS_COC_PX, 1.0),
     "float post_far_share(float a, float b)": (twin.post_far_share, UNIT, 0.9),
     "float post_near_share(float a, float b)": (twin.post_near_share, 20.0 * UNIT, 4.0),
-    "float newest_weight(float a, float b, float c)": (twin.newest_weight, RNG.integers(0, 16, N), RNG.integers(0, 500, N), 0.05),
+    "float newest_weight(float a, float b, float c)": (
+        twin.newest_weight,
+        RNG.integers(0, 16, N),
+        RNG.integers(0, 500, N),
+        0.05,
+    ),
     "float trusted_ratio(float a, float b, float c)": (twin.trusted_ratio, UNIT, RNG.random(N), RNG.integers(0, 64, N)),
 }
 
@@ -33,7 +50,7 @@ CASES = {
 @pytest.mark.parametrize("signature", CASES)
 def test_shader_functions_agree_with_their_twins(ctx: moderngl.Context, signature: str) -> None:
     function, *arguments = CASES[signature]
-    include = "lib/mask.glsl" if signature.split()[1].split("(")[0] in ("mask_response", "edge_reach_half", "planned_rays") else "lib/hit_layers.glsl"
+    include = "lib/mask.glsl" if any(name in signature for name in OF_MASK) else "lib/hit_layers.glsl"
     got = call_glsl(ctx, include, signature, *arguments)
     exact = function(*[np.asarray(a, np.float32).astype(np.float64) if np.ndim(a) else a for a in arguments])
     np.testing.assert_allclose(got, exact, rtol=ROUNDING, atol=ROUNDING)
@@ -43,7 +60,7 @@ def test_feather_agrees_with_its_twin(ctx: moderngl.Context) -> None:
     reach = RNG.uniform(2.1, 40.0, N).astype(np.float32)
     power = (reach**2 * UNIT).astype(np.float32)
     got = call_glsl(ctx, "lib/mask.glsl", "float rays_feather(float a, float b)", power, reach)
-    # 1 - sqrt(1 - x) loses digits to the subtraction near the rim: sqrt(2^-24) at worst, times the smoothstep's slope 1.5 / RIM.
+    # 1 - sqrt(1 - x) loses digits near x = 1: sqrt(2^-24) at worst, times the smoothstep's slope 1.5 / RIM.
     np.testing.assert_allclose(got, twin.rays_feather(power, reach), atol=1.5 / twin.RIM * 2.0**-12)
 
 

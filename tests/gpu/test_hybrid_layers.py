@@ -36,7 +36,13 @@ def random_frame(rig: HybridRig, color: float) -> tuple[np.ndarray, np.ndarray]:
     rays = RNG.integers(1, 16, HALF).astype(float)
     ratio = np.float16(np.rint(RNG.random(HALF) * 64) / 64).astype(float)  # exact in float16, and so is 1 - ratio
     zero = np.zeros((*HALF, 4))
-    rig.give(mask=MASKED, ray_count=counts(rays), trace_near=layer(color, ratio), trace_far=layer(color, 1.0 - ratio), trace_motion=zero)
+    rig.give(
+        mask=MASKED,
+        ray_count=counts(rays),
+        trace_near=layer(color, ratio),
+        trace_far=layer(color, 1.0 - ratio),
+        trace_motion=zero,
+    )
     return rays, ratio
 
 
@@ -96,7 +102,13 @@ def test_where_no_ray_hit_a_layer_it_moves_as_its_neighbours_do(ctx: moderngl.Co
     settings = put(Settings(), "rays.history", 0.0)
     with HybridRig(ctx, (W, H), settings) as rig:
         rig.give(previous=True, layer_state=state(1e7), near_layer=before, far_layer=before)
-        rig.give(mask=MASKED, ray_count=counts(1.0), trace_near=layer(0.5, share), trace_far=layer(0.5, 1.0 - share), trace_motion=motion)
+        rig.give(
+            mask=MASKED,
+            ray_count=counts(1.0),
+            trace_near=layer(0.5, share),
+            trace_far=layer(0.5, 1.0 - share),
+            trace_motion=motion,
+        )
         rig.run("accumulate", history_valid=1, camera_moved=1)
         far = rig.read("far_layer")
     np.testing.assert_allclose(far[10, 10], before[10, 8], atol=POSITION)
@@ -105,7 +117,9 @@ def test_where_no_ray_hit_a_layer_it_moves_as_its_neighbours_do(ctx: moderngl.Co
 def test_a_pixel_that_leaves_the_mask_keeps_nothing(ctx: moderngl.Context) -> None:
     with HybridRig(ctx, (W, H)) as rig:
         random_frame(rig, 0.5)
-        rig.give(previous=True, layer_state=state(100.0), near_layer=RNG.random((*HALF, 4)), far_layer=RNG.random((*HALF, 4)))
+        rig.give(
+            previous=True, layer_state=state(100.0), near_layer=RNG.random((*HALF, 4)), far_layer=RNG.random((*HALF, 4))
+        )
         rig.give(mask=np.zeros((*HALF, 2)))
         rig.run("accumulate", history_valid=1)
         assert not any(rig.read(t).any() for t in ("near_layer", "far_layer", "layer_state", "near_light", "far_light"))
@@ -116,14 +130,22 @@ def test_a_ghost_in_the_hit_ratio_is_clipped(ctx: moderngl.Context) -> None:
     none = np.zeros(HALF)
     with HybridRig(ctx, (W, H)) as rig:
         rig.give(previous=True, layer_state=state(80.0), near_layer=layer(1.0, none + 1.0), far_layer=layer(1.0, none))
-        rig.give(mask=MASKED, ray_count=counts(4.0), trace_near=layer(0.5, none), trace_far=layer(0.5, none + 1.0), trace_motion=np.zeros((*HALF, 4)))
+        rig.give(
+            mask=MASKED,
+            ray_count=counts(4.0),
+            trace_near=layer(0.5, none),
+            trace_far=layer(0.5, none + 1.0),
+            trace_motion=np.zeros((*HALF, 4)),
+        )
         rig.run("accumulate", history_valid=1, camera_moved=1)
         ratio = rig.read("layer_state")[5:-5, 5:-5, 2]
     np.testing.assert_allclose(ratio, twin.trusted_ratio(1.0, 0.0, 36.0), rtol=1e-5)
     assert ratio.max() < 0.1
 
 
-def give_picture(rig: HybridRig, coc: float, ratio: float, feather: float, **changed: np.ndarray) -> dict[str, np.ndarray]:
+def give_picture(
+    rig: HybridRig, coc: float, ratio: float, feather: float, **changed: np.ndarray
+) -> dict[str, np.ndarray]:
     """Random full-resolution pictures and traced layers with one hit ratio; `changed` replaces any of them."""
     share = np.full(HALF, ratio)
     arrays = {
@@ -165,7 +187,9 @@ def test_what_is_in_focus_behind_blur_keeps_full_resolution(ctx: moderngl.Contex
 
 
 @pytest.mark.parametrize(("ratio", "coc"), [(0.4, 12.0), (0.4, -12.0), (0.9, 12.0)])
-def test_below_the_threshold_the_rays_alone_say_what_a_blurred_pixel_is(ctx: moderngl.Context, ratio: float, coc: float) -> None:
+def test_below_the_threshold_the_rays_alone_say_what_a_blurred_pixel_is(
+    ctx: moderngl.Context, ratio: float, coc: float
+) -> None:
     with HybridRig(ctx, (W, H)) as rig:
         give_picture(rig, coc=coc, ratio=ratio, feather=1.0)
         rig.run("composite")

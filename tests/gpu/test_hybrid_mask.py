@@ -97,7 +97,7 @@ def test_dilation_is_that_by_discs_and_never_smaller(ctx: moderngl.Context) -> N
         edges, mask = rig.read("mask_edges"), rig.read("mask")
     response, feather = twin.dilated(edges[..., 0], edges[..., 1])
     np.testing.assert_array_equal(mask[..., 0] > 0.0, response > 0.0)
-    # A row keeps its strongest edge only, so that a pixel may take the response of another edge that covers it, never a stronger one.
+    # A row keeps its strongest edge only: a pixel may take the response of another that covers it, never a stronger.
     assert (mask[..., 0] <= response + 1 / 255).all()
     assert (mask[..., 1] <= feather + 1e-3).all()
 
@@ -135,7 +135,10 @@ def test_rays_add_up_to_the_budget(ctx: moderngl.Context, budget: float, most: i
     assert rays[:, masked].min() >= (1 if budget >= 1.0 else 0)
     assert rays[:, masked].mean() == pytest.approx(min(budget, most), rel=0.02)
     histogram = np.bincount(levels[masked], minlength=256)
-    planned = [twin.planned_rays(levels[masked], s, min(1.0, budget), most) for s in (scale, twin.rays_per_level(histogram, budget, most))]
+    planned = [
+        twin.planned_rays(levels[masked], s, min(1.0, budget), most)
+        for s in (scale, twin.rays_per_level(histogram, budget, most))
+    ]
     np.testing.assert_allclose(*planned, rtol=1e-4)
     np.testing.assert_array_equal(counts[3][..., 1], rays[:3].sum(0))  # samples go on where the last frame ended
     listed = work[4 : 4 + work[3]]

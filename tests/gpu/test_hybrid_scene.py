@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import moderngl
 import numpy as np
 import pytest
@@ -33,12 +31,12 @@ def settings(aperture: float = 0.15, focus: float = FAR_M) -> Settings:
 
 
 @pytest.fixture(scope="module")
-def half_plane(ctx: moderngl.Context) -> Iterator[GpuScene]:
+def half_plane(ctx: moderngl.Context) -> GpuScene:
     """A red quad that ends at x = 0 before a green wall."""
     edge = quad((-50.0, -50.0, -NEAR_M), (50.0, 0.0, 0.0), (0.0, 100.0, 0.0), 0)
     wall = quad((-50.0, -50.0, -FAR_M), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), 1)
     triangles = flatten(scene := scene_of([edge, wall], [Material(base_color=RED), Material(base_color=GREEN)]))
-    yield GpuScene(ctx, scene, triangles, lambda progress: build_bvh(triangles.positions, triangles.indices))
+    return GpuScene(ctx, scene, triangles, lambda progress: build_bvh(triangles.positions, triangles.indices))
 
 
 def drawn(ctx: moderngl.Context, scene: GpuScene, view: str, options: Settings, cameras: list[Camera]) -> Renderer:
@@ -53,7 +51,7 @@ def edge_radius_px() -> float:
 
 
 def expected_ratio() -> np.ndarray:
-    """Part of the lens that the half plane covers, per half-res column: a circular segment, averaged over the 2 px block."""
+    """Part of the lens that the half plane covers, per half-res column: a circular segment, averaged over 2 px."""
     columns = (np.arange(SIZE[0] // 2)[:, None] + (np.arange(8) + 0.5) / 8) * 2.0
     return twin.segment_share((columns - SIZE[0] / 2) / edge_radius_px()).mean(1)
 
@@ -68,7 +66,7 @@ def test_hit_ratio_beside_a_straight_edge_is_a_circular_segment(ctx: moderngl.Co
     assert columns[reached].all()
     assert rays[:, columns].mean() == pytest.approx(4.0 * FRAMES, rel=0.02)
     error = ratio[:, columns] - expected_ratio()[columns]
-    # Independent rays would scatter by sqrt(r (1 - r) / n) <= 0.0625; stratified ones by less. 48 rows average that down.
+    # Independent rays would scatter by sqrt(r (1 - r) / n) <= 0.0625; stratified ones by less; 48 rows by less still.
     assert np.sqrt((error**2).mean()) < 0.5 / np.sqrt(4.0 * FRAMES)
     assert np.abs(error.mean(0)).max() < 4.0 * 0.5 / np.sqrt(4.0 * FRAMES * len(error))
 
@@ -121,7 +119,11 @@ def test_hits_move_on_screen_as_the_camera_makes_them(ctx: moderngl.Context, hal
     """A sidestep moves a point at depth z by H / (2 z tan(fov/2)) px per metre."""
     step = 0.01
     renderer = drawn(ctx, half_plane, "hybrid", settings(), [CAMERA, CAMERA.moved(step, 0.0, 0.0)])
-    motion, near, rays = renderer.read("trace_motion"), renderer.read("trace_near")[..., 3], renderer.read("ray_count")[..., 0]
+    motion, near, rays = (
+        renderer.read("trace_motion"),
+        renderer.read("trace_near")[..., 3],
+        renderer.read("ray_count")[..., 0],
+    )
     picture = renderer.linear()
     renderer.release()
     per_metre = SIZE[1] / (2.0 * np.tan(CAMERA.fov_y / 2.0))
@@ -142,13 +144,15 @@ def test_the_layers_follow_a_moving_camera(ctx: moderngl.Context, half_plane: Gp
     renderer.release()
     columns = mask.all(0)
     error = (ratio[:, columns] - expected_ratio()[columns]).mean(0)
-    # One frame's step is 2.3 px, 0.15 of the blur's diameter: a layer that lagged by a single frame would be off by as much at the edge.
+    # One frame's step is 2.3 px, 0.15 of the blur's radius: each frame of lag would put the edge off by a tenth.
     assert np.abs(error).max() < 0.06
 
 
 def test_all_targets_are_finite_in_the_light(ctx: moderngl.Context, half_plane: GpuScene) -> None:
     options = put(settings(), "shading.mode", ShadingMode.LIT)
-    renderer = drawn(ctx, half_plane, "hybrid", options, [CAMERA, CAMERA.moved(0.3, 0.1, 0.8), CAMERA.moved(0.3, 0.1, -3.0)])
+    renderer = drawn(
+        ctx, half_plane, "hybrid", options, [CAMERA, CAMERA.moved(0.3, 0.1, 0.8), CAMERA.moved(0.3, 0.1, -3.0)]
+    )
     for target in ("mask_edges", "mask", "near_layer", "far_layer", "layer_state", "near_light", "far_light", "hybrid"):
         assert np.isfinite(renderer.read(target)).all(), target
     renderer.release()

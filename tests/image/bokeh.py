@@ -17,8 +17,8 @@ from .stage import Stage, stage_of
 SIZE = (96, 72)
 CAMERA = Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0), math.radians(40))
 FOCUS, APERTURE = 2.0, 0.6  # m
-RADIANCE = 60.0  # bright enough that its bokeh stays above 1
-SIDE_PX = 3.0  # of the quad's sharp picture
+RADIANCE = 20.0  # bright enough that its bokeh stays above 1
+SIDE_PX = 6.0  # of the quad's sharp picture
 CENTRE_PX = (50.4, 33.7)  # from the bottom left: nowhere special in its pixel
 DEPTHS = {"near": 1.15, "far": 12.0}  # m: CoC radii of 11.0 and 12.4 px
 

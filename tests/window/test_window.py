@@ -80,6 +80,14 @@ def test_a_click_focuses_on_what_lies_under_it(window: Driver) -> None:
     assert state["focus_distance"] == pytest.approx(WALL_DEPTH, rel=1e-5)
 
 
+def test_a_target_that_these_settings_do_not_produce_falls_back_with_a_reason(
+    display: str, scene: Path, tmp_path: Path
+) -> None:
+    with Driver(display, tmp_path, str(scene), "--view", "near_blur", "--lens.aperture", "0") as window:
+        assert window.state["view"] == "sharp"
+        assert "pinhole" in window.state["message"]
+
+
 def test_the_bar_of_the_split_screen_can_be_dragged(window: Driver) -> None:
     window.key("c")
     state = window.wait(lambda s: s["other"])
