@@ -66,7 +66,6 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument(
         "--screenshots", metavar="DIR", default=".", help="where F12 saves pictures (default: the current folder)"
     )
-    view.add_argument("--window", metavar="BACKEND", default="pyglet", help="pyglet (default) or glfw")
     _picture_options(view, "960x540", "hybrid")
 
     shot = subparsers.add_parser("shot", help="render one picture without a window")

@@ -51,7 +51,12 @@ class ToneMap(Enum):
 @dataclass(frozen=True)
 class Lens:
     aperture: float = knob(
-        0.05, 0.0, 1.0, unit="m", doc="Diameter of the lens opening; 0 is a pinhole and blurs nothing."
+        0.05,
+        0.0,
+        1.0,
+        unit="m",
+        doc="Diameter of the lens opening; 0 is a pinhole and blurs nothing.",
+        log=True,
     )
     focus_distance: float = knob(
         2.0, 1e-3, 1e6, unit="m", doc="Planar distance of the plane in perfect focus.", log=True

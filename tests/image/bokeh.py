@@ -70,6 +70,14 @@ def expected(depth: float, blades: int = 0, anamorphic: float = 1.0, aberration:
     return Moments(RADIANCE * SIDE_PX**2, np.array(CENTRE_PX), lens + squares)
 
 
+def sixfold(picture: np.ndarray) -> complex:
+    """Sixth angular moment about the centroid, scaled to -1..1: positive real for a hexagon with a corner to the right, negative turned by 30 degrees."""
+    light, about = picture[::-1, :, 0], moments(picture).centroid
+    y, x = np.indices(light.shape) + 0.5
+    arm = (x - about[0]) + 1j * (y - about[1])
+    return complex((light * arm**6).sum() / (light * np.abs(arm) ** 6).sum())
+
+
 def covered(picture: np.ndarray, share: float = 0.25) -> np.ndarray:
     """Pixels (h, w) brighter than a share of the bokeh's 90th percentile: the disc without its soft rim."""
     light = picture[..., 0]
