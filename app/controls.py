@@ -13,9 +13,8 @@ import numpy as np
 
 from .camera import Camera
 
-STEP_S = (
-    1.0 / 60.0
-)  # the simulation's step, whatever a frame takes: the same keys held for the same time fly the same way
+# The simulation's step, whatever a frame takes: the same keys held for the same time fly the same way.
+STEP_S = 1.0 / 60.0
 MAX_STEPS = 60  # of one frame: after a stall (loading, a compile) the camera makes up one second, not the whole pause
 FAST, SLOW = 4.0, 0.25  # Shift and Ctrl; two octaves either way cross a hall or inspect a leaf
 WHEEL_FACTOR = 1.2  # speed per wheel notch: four notches double it

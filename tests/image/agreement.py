@@ -41,10 +41,14 @@ def main(arguments: list[str] | None = None) -> int:
     stage.draw("reference", (8, 8))
     pictures = {view: halves(stage, view, options.size, options.spp) for view in VIEWS}
     means = [pair.mean(0) for pair, _ in pictures.values()]
-    print(f"{options.scene} {options.camera or ''} {options.size[0]}x{options.size[1]}, {options.spp} samples per pixel, on {device_name(ctx)}")
+    print(
+        f"{options.scene} {options.camera or ''} {options.size[0]}x{options.size[1]}, {options.spp} samples per pixel, on {device_name(ctx)}"
+    )
     print(f"FLIP traced against reference: {mean_flip(*means):.4f}")
     for view, (pair, seconds) in pictures.items():
-        print(f"{view}: noise floor {flip_of_noise(*pair):.4f}, {seconds:.1f} s, mean radiance {np.array2string(pair.mean((0, 1, 2)), precision=5)}")
+        print(
+            f"{view}: noise floor {flip_of_noise(*pair):.4f}, {seconds:.1f} s, mean radiance {np.array2string(pair.mean((0, 1, 2)), precision=5)}"
+        )
     return 0
 
 

@@ -31,11 +31,15 @@ def main(arguments: list[str] | None = None) -> int:
     for composed in COMPOSED:
         if not chosen or {composed.name, *composed.parts} & {*chosen}:
             parts = [goldens.stored(part) for part in composed.parts]
-            approve(composed, composed.compose([p for p in parts if p is not None]), {"made of": list(composed.parts)}, True)
+            approve(
+                composed, composed.compose([p for p in parts if p is not None]), {"made of": list(composed.parts)}, True
+            )
     return 0
 
 
-def approve(golden: goldens.Golden | goldens.Composed, actual: goldens.Picture, facts: dict[str, object], named: bool) -> None:
+def approve(
+    golden: goldens.Golden | goldens.Composed, actual: goldens.Picture, facts: dict[str, object], named: bool
+) -> None:
     """Write the picture unless it is the golden one already, and say what changed."""
     expected = goldens.stored(golden.name)
     if expected is None:

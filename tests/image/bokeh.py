@@ -29,7 +29,13 @@ def stage(ctx: moderngl.Context, depth: float, **settings: object) -> Stage:
     x, y = ((CENTRE_PX[i] - SIZE[i] / 2 - SIDE_PX / 2) / metre for i in (0, 1))
     light = quad((x, y, -depth), (SIDE_PX / metre, 0, 0), (0, SIDE_PX / metre, 0))
     material = Material(base_color=(0.0, 0.0, 0.0, 1.0), emissive=(RADIANCE, RADIANCE / 2, RADIANCE / 4))
-    lens = {"lens__aperture": APERTURE, "lens__focus_distance": FOCUS, "shading__mode": "unlit", "shading__background": [0.0] * 3, "post__max_coc": 0.3}
+    lens = {
+        "lens__aperture": APERTURE,
+        "lens__focus_distance": FOCUS,
+        "shading__mode": "unlit",
+        "shading__background": [0.0] * 3,
+        "post__max_coc": 0.3,
+    }
     return stage_of(ctx, scene_of([light], [material]), CAMERA, **(lens | settings))
 
 

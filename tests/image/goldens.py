@@ -33,7 +33,9 @@ class Tolerance:
 
 
 STEADY = Tolerance(share=0.003, mean=0.1)  # a rasterised edge may move by a bit, a texel by a rounding
-SAMPLED = Tolerance(share=0.01, mean=0.25)  # where a ray passes an edge on the other side, a bright highlight makes one pixel of it
+SAMPLED = Tolerance(
+    share=0.01, mean=0.25
+)  # where a ray passes an edge on the other side, a bright highlight makes one pixel of it
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,13 @@ def render(ctx: moderngl.Context, golden: Golden) -> tuple[Picture, dict[str, ob
     """The picture as it is drawn now, and the metadata that `hybrid-dof shot` would give it."""
     stage = opened(ctx, SCENE)
     picture = stage.draw(golden.view, golden.size, frames=golden.frames, spp=golden.spp).picture()
-    facts = {"scene": SCENE, "view": golden.view, "size": list(golden.size), "seed": 0, "settings": to_dict(stage.settings)}
+    facts = {
+        "scene": SCENE,
+        "view": golden.view,
+        "size": list(golden.size),
+        "seed": 0,
+        "settings": to_dict(stage.settings),
+    }
     return picture, {**facts, "samples": stage.renderer.converged_samples}
 
 
@@ -121,9 +129,15 @@ def write_difference(name: str, expected: Picture, actual: Picture) -> Path:
 def assert_golden(name: str, actual: Picture, allowed: Tolerance) -> None:
     """Fails with what differs and where to look. The approved picture is never written here."""
     expected = stored(name)
-    assert expected is not None, f"{path_of(name)} does not exist: look at the picture and run `make approve ARGS={name}`"
-    assert expected.shape == actual.shape, f"{name} is {actual.shape[1]}x{actual.shape[0]}, its golden {expected.shape[1]}x{expected.shape[0]}"
+    assert expected is not None, (
+        f"{path_of(name)} does not exist: look at the picture and run `make approve ARGS={name}`"
+    )
+    assert expected.shape == actual.shape, (
+        f"{name} is {actual.shape[1]}x{actual.shape[0]}, its golden {expected.shape[1]}x{expected.shape[0]}"
+    )
     found = difference(expected, actual)
     if not within(found, allowed):
         path = write_difference(name, expected, actual)
-        raise AssertionError(f"{name}: {described(found)}; see {path}, and if it is meant, run `make approve ARGS={name}`")
+        raise AssertionError(
+            f"{name}: {described(found)}; see {path}, and if it is meant, run `make approve ARGS={name}`"
+        )

@@ -74,8 +74,14 @@ def stage_of(ctx: moderngl.Context, scene: Scene, camera: Camera, **settings: ob
 def opened(ctx: moderngl.Context, name: str, camera_file: Path | None = None, unlit: bool = False) -> Stage:
     """A built-in scene or a file, seen by a camera file or by the scene's own first camera."""
     scene, gpu = load_gpu_scene(ctx, name)
-    viewpoint = read_viewpoint(camera_file) if camera_file else viewpoints(scene, (np.array(gpu.facts.low), np.array(gpu.facts.high)))[0]
-    settings = with_settings(Settings(), {"shading__mode": "unlit", "shading__background": [0.5, 0.6, 0.7]} if unlit else {})
+    viewpoint = (
+        read_viewpoint(camera_file)
+        if camera_file
+        else viewpoints(scene, (np.array(gpu.facts.low), np.array(gpu.facts.high)))[0]
+    )
+    settings = with_settings(
+        Settings(), {"shading__mode": "unlit", "shading__background": [0.5, 0.6, 0.7]} if unlit else {}
+    )
     return Stage(untimed(ctx, gpu), viewpoint.camera, focused(settings, viewpoint))
 
 

@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 HALF_EPSILON = 2.0**-11  # largest relative rounding error of a float16 (the raster path's targets)
 CHANCE = 1e-6  # probability that a sound pair of pictures fails a test: none in a project's lifetime
 PIXEL_TAIL = 1e-3  # two-sided tail beyond which a pixel is called an outlier ...
-TAIL_EXCESS = 4.0  # ... and by how much more often that may happen: runs of few samples are not normal where highlights are rare
+TAIL_EXCESS = (
+    4.0  # ... and by how much more often that may happen: runs of few samples are not normal where highlights are rare
+)
 SPREAD = 1.2  # rms of t over thousands of pixels is 1 within some 5 %; the rest is room for pixels whose runs are far from normal
 BIAS = 0.1  # mean of t over the noisy pixels: a common shift of a tenth of one pixel's standard error is already seen by the blocks
 
@@ -61,8 +63,12 @@ def scores(a: Array, b: Array, rounding: float = 0.0) -> Scores:
     mean_a, mean_b = a.mean(0), b.mean(0)
     error = np.sqrt(a.var(0, ddof=1) / len(a) + b.var(0, ddof=1) / len(b))
     difference = mean_a - mean_b
-    excess = np.sign(difference) * np.maximum(np.abs(difference) - rounding * np.maximum(np.abs(mean_a), np.abs(mean_b)), 0.0)
-    floor = np.finfo(np.float32).eps * np.maximum(np.abs(mean_a), 1e-3)  # a constant pixel has no spread, but its float32 mean rounds
+    excess = np.sign(difference) * np.maximum(
+        np.abs(difference) - rounding * np.maximum(np.abs(mean_a), np.abs(mean_b)), 0.0
+    )
+    floor = np.finfo(np.float32).eps * np.maximum(
+        np.abs(mean_a), 1e-3
+    )  # a constant pixel has no spread, but its float32 mean rounds
     return Scores(excess / np.maximum(error, floor), min(len(a), len(b)) - 1, error > floor)
 
 
@@ -76,7 +82,9 @@ def block_means(runs: Array, side: int) -> Array:
 def assert_same_expectation(a: Array, b: Array, rounding: float = 0.0, block: int = 8) -> None:
     """Runs (n, h, w, 3) of two renderers differ by no more than their noise, in pixels, in blocks and overall."""
     pixels = scores(a, b, rounding)
-    assert pixels.tail <= TAIL_EXCESS * PIXEL_TAIL, f"{pixels.tail:.2%} of the pixels lie beyond the {PIXEL_TAIL:.1%} tail of their noise"
+    assert pixels.tail <= TAIL_EXCESS * PIXEL_TAIL, (
+        f"{pixels.tail:.2%} of the pixels lie beyond the {PIXEL_TAIL:.1%} tail of their noise"
+    )
     assert pixels.spread <= SPREAD, f"the pixels differ by {pixels.spread:.2f} times their noise"
     assert abs(pixels.bias) <= BIAS, f"the pixels are off by {pixels.bias:.2f} of their standard error on average"
     for what, means in (("a block", block_means), ("the whole picture", lambda runs, _: runs.mean((1, 2)))):

@@ -52,7 +52,9 @@ def flip_at(samples: int, a: np.ndarray, b: np.ndarray, samples_per_run: int) ->
 def solids(ctx) -> Stage:
     lens = {"lens__aperture": occluders.APERTURE, "lens__focus_distance": occluders.FOCUS}
     background = list(occluders.BACKGROUND)
-    return stage_of(ctx, occluders.scene(), occluders.CAMERA, shading__mode="unlit", shading__background=background, **lens)
+    return stage_of(
+        ctx, occluders.scene(), occluders.CAMERA, shading__mode="unlit", shading__background=background, **lens
+    )
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,11 @@ TRUTHS = {"traced": {"spp": 256}, "reference": {"spp": 128}}
 FILTERS = {"post": {"frames": 64}, "hybrid": {"frames": 64}}  # noise and sub-pixel position average out over the frames
 
 #: (energy, relative; centroid, px; standard deviation along each axis, px)
-TRUE = (0.03, 0.2, 0.12)  # four standard errors: 256 samples on 36 px hit the light 9000 times, and each hit lies some 6 px from the centre
+TRUE = (
+    0.03,
+    0.2,
+    0.12,
+)  # four standard errors: 256 samples on 36 px hit the light 9000 times, and each hit lies some 6 px from the centre
 FILTERED = (0.05, 0.25, 0.4)  # half-resolution texels are 2 px wide: a quarter of one in place, a fifth in size
 
 
@@ -41,8 +45,12 @@ def test_bokeh_has_the_lens_s_energy_place_size_and_shape(ctx, side: str, lens: 
 
 def assert_moments(view: str, found: Moments, expected: Moments, tolerance: tuple[float, float, float]) -> None:
     energy, place, size = tolerance
-    assert abs(found.energy / expected.energy - 1) <= energy, f"{view} has {found.energy / expected.energy:.3f} of the light"
-    assert np.abs(found.centroid - expected.centroid).max() <= place, f"{view} is off by {found.centroid - expected.centroid} px"
+    assert abs(found.energy / expected.energy - 1) <= energy, (
+        f"{view} has {found.energy / expected.energy:.3f} of the light"
+    )
+    assert np.abs(found.centroid - expected.centroid).max() <= place, (
+        f"{view} is off by {found.centroid - expected.centroid} px"
+    )
     spread = np.sqrt(found.variance) - np.sqrt(expected.variance)
     assert np.abs(spread).max() <= size, f"{view} is too wide by {spread} px"
 

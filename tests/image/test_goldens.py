@@ -26,7 +26,9 @@ def test_every_screenshot_can_be_drawn_again() -> None:
     assert {path.stem for path in SCREENSHOTS.glob("*.png")} == {golden.name for golden in (*GOLDENS, *COMPOSED)}
 
 
-@pytest.mark.parametrize(("one", "other"), [("post", "sharp"), ("hybrid", "post"), ("traced", "hybrid"), ("coc", "mask")])
+@pytest.mark.parametrize(
+    ("one", "other"), [("post", "sharp"), ("hybrid", "post"), ("traced", "hybrid"), ("coc", "mask")]
+)
 def test_tolerance_tells_the_views_apart(one: str, other: str) -> None:
     expected, actual = goldens.stored(one), goldens.stored(other)
     assert expected is not None and actual is not None
