@@ -12,9 +12,9 @@ from typing import NoReturn
 from . import commands
 from .errors import UserError
 from .frame.pipeline import VIEWS
+from .scene.gallery import DEFAULT
 from .settings import Settings, walk
 
-DEFAULT_SCENE = "still-life"
 COMMANDS = ("view", "shot", "plan", "info", "doctor", "scenes")
 INTERRUPTED = 130  # what shells report for Ctrl-C
 
@@ -59,9 +59,7 @@ def parser() -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(dest="command", required=True, parser_class=_Parser)
 
     view = subparsers.add_parser("view", help="open the window (the default command)")
-    view.add_argument(
-        "scene", nargs="?", default=DEFAULT_SCENE, help=f"built-in name or file (default: {DEFAULT_SCENE})"
-    )
+    view.add_argument("scene", nargs="?", default=DEFAULT.name, help=f"built-in name or file (default: {DEFAULT.name})")
     view.add_argument("--status", metavar="FILE", help="append a JSON line with the window's state at each change")
     view.add_argument(
         "--screenshots", metavar="DIR", default=".", help="where F12 saves pictures (default: the current folder)"
@@ -87,7 +85,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="N",
         help="lens samples per pixel of traced and reference (default 64)",
     )
-    shot.add_argument("--seed", type=int, default=0, metavar="N", help="of all random choices (default 0)")
+    shot.add_argument("--seed", type=_seed, default=0, metavar="N", help="of all random choices (default 0)")
     shot.add_argument("--report", metavar="FILE", help="write times, memory, device and settings as JSON")
     _picture_options(shot, "960x540", "hybrid")
 
@@ -113,8 +111,9 @@ def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> 
     command.add_argument("--camera", metavar="FILE.json", help="camera file; the scene's first camera otherwise")
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     for path, leaf, value in walk(Settings()):
-        unit = f" [{leaf.metadata['unit']}]" if leaf.metadata["unit"] else ""
-        text = f"{leaf.metadata['doc']}{unit} (default {commands.shown(value)})".replace("%", "%%")
+        low, high, unit = (leaf.metadata[key] for key in ("low", "high", "unit"))
+        span = "" if low is None else f"{low:g} to {high:g} {unit}".strip() + ", "
+        text = f"{leaf.metadata['doc']} ({span}default {commands.shown(value)})".replace("%", "%%")
         command.add_argument(f"--{path}", metavar="VALUE", help=text, dest=path)
 
 
@@ -126,6 +125,12 @@ def _count(text: str) -> int:
     if not 1 <= value <= 1 << 20:
         raise argparse.ArgumentTypeError(f"{text}: give a number from 1 to {1 << 20}")
     return value
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal() or int(text) >= 1 << 32:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to {(1 << 32) - 1}")
+    return int(text)
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -36,12 +36,6 @@ def coc_px(z: ArrayLike, scale_px: ArrayLike, inverse_focus: ArrayLike) -> Array
     return np.asarray(scale_px) * (np.asarray(inverse_focus) - 1.0 / np.asarray(z, np.float64))
 
 
-def depth_of_coc(coc: ArrayLike, scale_px: ArrayLike, inverse_focus: ArrayLike) -> Array:
-    """Planar depth [m] whose signed CoC radius is `coc` [px]: inverts `coc_px` (inf or negative from K/d onwards)."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(1.0 / (np.asarray(inverse_focus) - np.asarray(coc, np.float64) / np.asarray(scale_px)))
-
-
 def concentric_disc(square: ArrayLike) -> Array:
     """Unit square (n, 2) to unit disc (n, 2), area-preserving and continuous (Shirley and Chiu 1997)."""
     x, y = np.moveaxis(2.0 * np.asarray(square, np.float64) - 1.0, -1, 0)

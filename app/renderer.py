@@ -59,7 +59,6 @@ class Renderer:
         self._camera: Camera | None = None
         self._previous: Camera | None = None
         self._frame = 0
-        self._previous_jitter = (0.0, 0.0)
         self._progress = _Progress()
         self.progress_callback: Callable[[str, float], None] | None = None
         self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
@@ -201,7 +200,6 @@ class Renderer:
             near_plane=self.scene.near_plane,
             scene=self.scene,
             through_lens=view == "reference",
-            previous_jitter_px=self._previous_jitter,
             rows=self._slice(settings, time_budget_ms),
             show=TARGETS[view] if view in TARGETS and view not in VIEWS else None,
         )
@@ -265,7 +263,6 @@ class Renderer:
             self._targets.swap(target)
         self.profiler.end_frame()
         self._camera = inputs.camera
-        self._previous_jitter = inputs.jitter_px
         begin, end = inputs.rows
         samples = inputs.settings.rays.samples_per_frame if view == "traced" else 1
         if view == "traced" and end - begin < self.size[1]:

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 U32 = NDArray[np.uint32]
 
 _BITS = 32
-#: (degree, coefficients, first m values) of the primitive polynomials of dimensions 1 to 3; dimension 0 is van der
-# Corput's
+# (degree, coefficients, first m values) of the primitive polynomials of dimensions 1 to 3; dimension 0: van der Corput
 _POLYNOMIALS = ((1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)))
 
 
@@ -35,7 +34,9 @@ def sobol_directions() -> U32:
 
 
 def hash_u32(x: ArrayLike) -> U32:
-    """A well-mixed 32-bit hash (two multiply-xorshift rounds)."""
+    """A well-mixed 32-bit hash (two multiply-xorshift rounds; constants of Wellons' hash-prospector, a search for the
+    least bias).
+    """
     with np.errstate(over="ignore"):
         h = np.asarray(x, np.uint32)
         h = (h ^ (h >> np.uint32(16))) * np.uint32(0x21F0AAAD)
@@ -58,8 +59,8 @@ def reverse_bits(x: ArrayLike) -> U32:
 
 
 def owen_scramble(x: ArrayLike, seed: ArrayLike) -> U32:
-    """A random digit scramble in base 2 of 32-bit fractions (Laine and Karras 2011, section 3.1, with a stronger
-    mix).
+    """A random digit scramble in base 2 of 32-bit fractions (Laine and Karras 2011, section 3.1, with the constants of
+    Vegdahl 2021, "Building a better LK hash").
     """
     seed = np.asarray(seed, np.uint32)
     with np.errstate(over="ignore"):

@@ -15,7 +15,7 @@ from .gpu.scene import GpuScene
 from .scene.flatten import flatten
 from .scene.load import load_scene
 from .scene.model import Scene, Triangles
-from .settings import Settings, put
+from .settings import Lens, Settings, put
 
 Progress = Callable[[str, float], None]
 
@@ -60,10 +60,17 @@ def framing(low: np.ndarray, high: np.ndarray) -> Viewpoint:
 
 def focused(settings: Settings, view: Viewpoint, given: Mapping[str, Any] | None = None) -> Settings:
     """`settings` with the viewpoint's focus and aperture, then with the options `given` by the user, which win."""
-    own = {"lens.focus_distance": view.focus_distance, "lens.aperture": view.aperture}
-    for path, value in {**{k: v for k, v in own.items() if v is not None}, **(given or {})}.items():
+    own = {"focus_distance": view.focus_distance, "aperture": view.aperture}
+    fitting = {f"lens.{name}": in_lens_range(name, value) for name, value in own.items() if value is not None}
+    for path, value in {**fitting, **(given or {})}.items():
         settings = put(settings, path, value)
     return settings
+
+
+def in_lens_range(name: str, value: float) -> float:
+    """A lens setting brought into its range: what a scene of any size suggests must survive being saved and read."""
+    allowed = Lens.__dataclass_fields__[name].metadata
+    return min(max(value, allowed["low"]), allowed["high"])
 
 
 def scene_bounds(triangles: Triangles) -> tuple[np.ndarray, np.ndarray]:

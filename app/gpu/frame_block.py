@@ -19,8 +19,6 @@ from .layout import FRAME
 if TYPE_CHECKING:
     from .scene import GpuScene
 
-Matrix = np.ndarray
-
 
 @dataclass(frozen=True)
 class FrameInputs:
@@ -35,7 +33,6 @@ class FrameInputs:
     near_plane: float  # m
     scene: GpuScene
     through_lens: bool  # rasterise from a lens point instead of the lens centre
-    previous_jitter_px: tuple[float, float]
     rows: tuple[int, int]  # traced view: first row and one past the last
     show: Target | None  # the target viewer's target
 
@@ -67,7 +64,7 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
     """One FRAME record."""
     camera, settings, lens = inputs.camera, inputs.settings, inputs.settings.lens
     width, height = inputs.size
-    view, previous_view = camera.view(), inputs.previous.view()
+    view = camera.view()
     project = projection(camera.fov_y, width / height, inputs.near_plane)
     previous_project = projection(inputs.previous.fov_y, width / height, inputs.near_plane)
     to_world = np.linalg.inv(view)
@@ -81,21 +78,17 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "view_proj": seen.T,
         "view_to_world": to_world.T,
         "this_view_proj": (project @ view).T,
-        "prev_view_proj": (previous_project @ previous_view).T,
-        "prev_view": previous_view.T,
+        "prev_view_proj": (previous_project @ inputs.previous.view()).T,
         "shadow_view_proj": inputs.scene.shadow.view_proj.T,
-        "eye": camera.eye,
         "near_plane": inputs.near_plane,
         "lens_eye": (to_world @ [*inputs.lens_offset_m, 0.0, 1.0])[:3],
         "tan_half_fov_y": math.tan(camera.fov_y / 2),
         "sky": settings.shading.background if unlit else environment.sky,
         "ground": settings.shading.background if unlit else environment.ground,
         "aperture": lens.aperture,
-        "focus_distance": lens.focus_distance,
         "size_px": inputs.size,
         "inverse_size": (1.0 / width, 1.0 / height),
         "jitter_px": inputs.jitter_px,
-        "prev_jitter_px": inputs.previous_jitter_px,
         "coc_scale_px": coc_scale_px(lens.aperture, height, camera.fov_y),
         "inverse_focus": 1.0 / lens.focus_distance,
         "max_coc_px": settings.post.max_coc * height,
@@ -104,7 +97,6 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "lens_aberration": lens.spherical_aberration,
         "frame_index": inputs.frame_index,
         "seed": int(hash_u32(inputs.seed)),
-        "sun_direction": inputs.scene.sun.direction if inputs.scene.sun else (0.0, -1.0, 0.0),
         "exposure": 2.0**settings.shading.exposure,
         "light_count": inputs.scene.facts.lights,
         "samples_per_frame": settings.rays.samples_per_frame,
@@ -125,12 +117,10 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "history_valid": int(inputs.frame_index > 0),
         "overlay_range_lo": range_lo,
         "overlay_range_hi": range_hi,
-        "compare_x_px": -1.0,
     }
     block = np.zeros((), FRAME)
     for name in FRAME.names or ():
-        if name in values:
-            block[name] = values[name]
+        block[name] = values[name]  # KeyError: a field of the layout that nothing fills
     return block
 
 

@@ -60,7 +60,8 @@ def print_glsl(dtype: np.dtype) -> str:
     """The GLSL definition, each field with its byte offset and meaning."""
     body = []
     for field, (glsl_type, meaning) in struct_fields(dtype).items():
-        body.append(f"    {glsl_type} {field};  // @{dtype.fields[field][1]}  {meaning}")  # type: ignore[index]
+        offset = dtype.fields[field][1]  # type: ignore[index]
+        body.append(f"    {glsl_type} {field};  // @{offset}  {meaning}".rstrip())
     return f"struct {struct_name(dtype)} {{  // {dtype.itemsize} bytes\n" + "\n".join(body) + "\n};\n"
 
 
@@ -129,22 +130,18 @@ FRAME = struct(
         "prev_view_proj": ("mat4", "last frame's world to clip, without jitter"),
         "this_view_proj": ("mat4", "this frame's world to clip, without jitter"),
         "shadow_view_proj": ("mat4", "world to the sun's clip space"),
-        "prev_view": ("mat4", "last frame's world to view"),
-        "eye": ("vec3", "centre of the lens, world, m"),
-        "near_plane": ("float", "m"),
         "lens_eye": (
             "vec3",
             "the point rays of this raster frame start from: eye, or a lens point in the raster reference, m",
         ),
-        "tan_half_fov_y": ("float", ""),
+        "near_plane": ("float", "m"),
         "sky": ("vec3", "linear radiance straight up, or the flat background when unlit"),
-        "aperture": ("float", "lens diameter, m"),
+        "tan_half_fov_y": ("float", ""),
         "ground": ("vec3", "linear radiance straight down"),
-        "focus_distance": ("float", "m, planar"),
+        "aperture": ("float", "lens diameter, m"),
         "size_px": ("vec2", "full resolution"),
         "inverse_size": ("vec2", "1/px"),
         "jitter_px": ("vec2", "sub-pixel offset of this frame's samples from the pixel centre, in -0.5..0.5"),
-        "prev_jitter_px": ("vec2", "last frame's"),
         "coc_scale_px": ("float", "K of coc_px = K (1/d - 1/z)"),
         "inverse_focus": ("float", "1/d, 1/m; 0 at infinity"),
         "max_coc_px": ("float", "largest CoC radius that the post-process reaches, px"),
@@ -153,7 +150,6 @@ FRAME = struct(
         "lens_aberration": ("float", "s of the area weight 1 + s(2t - 1), -1..1"),
         "frame_index": ("uint", "counts from 0 at the last history reset"),
         "seed": ("uint", ""),
-        "sun_direction": ("vec3", "unit, world, the way its light travels"),
         "exposure": ("float", "linear factor before tone mapping"),
         "light_count": ("uint", ""),
         "samples_per_frame": ("uint", "traced view: lens samples per pixel added this frame"),
@@ -174,7 +170,6 @@ FRAME = struct(
         "layer_fade_px": ("float", "post-process: CoC difference over which a sample passes from fore- to background"),
         "overlay_range_lo": ("float", "value shown as the colour map's start"),
         "overlay_range_hi": ("float", "value shown as its end"),
-        "compare_x_px": ("float", "split-screen bar; negative: none"),
     },
     uniform=True,
 )

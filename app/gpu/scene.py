@@ -20,6 +20,14 @@ from .textures import SceneTextures
 
 Progress = Callable[[str, float], None]
 
+_WORDS = {
+    "Vertices": "vertices",
+    "Materials": "materials",
+    "Lights": "lights",
+    "Triangles": "triangles",
+    "TrianglePositions": "triangle positions",
+    "BvhNodes": "ray-tracing tree",
+}
 ATTRIBUTES = (("position", "3f", 12), ("normal", "1u", 4), ("uv", "2f", 8), ("tangent", "1u", 4), ("material", "1u", 4))
 
 
@@ -45,11 +53,16 @@ class GpuScene:
         self.triangle_count = len(triangles.indices)
         masked = np.array([m.alpha_cutoff is not None for m in scene.materials])
         self.textures = SceneTextures(ctx, scene.images, self.facts.textured)
-        self.blocks: dict[str, moderngl.Buffer] = {
-            "Vertices": self._buffer("vertices", pack_vertices(triangles)),
-            "Materials": self._buffer("materials", pack_materials(scene.materials, self.textures.places)),
-            "Lights": self._buffer("lights", pack_lights(scene.lights)),
-        }
+        self.blocks: dict[str, moderngl.Buffer] = {}
+        try:
+            self._upload(
+                Vertices=pack_vertices(triangles),
+                Materials=pack_materials(scene.materials, self.textures.places),
+                Lights=pack_lights(scene.lights),
+            )
+        except UserError:
+            self.textures.release()
+            raise
         self._indices = ctx.buffer(draw_order(triangles, masked).tobytes())
         self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
         self._bvh_defines: dict[str, int] = {}
@@ -82,10 +95,11 @@ class GpuScene:
             raise UserError("this scene was opened without a tree for rays; open it with one to trace")
         bvh = self._bvh_loader(progress)
         t = self._triangles
-        self.blocks["Triangles"] = self._buffer("triangles", pack_triangles(bvh.order, t.indices, t.materials))
-        positions = pack_triangle_positions(bvh.order, t.positions, t.indices)
-        self.blocks["TrianglePositions"] = self._buffer("triangle positions", positions)
-        self.blocks["BvhNodes"] = self._buffer("ray-tracing tree", bvh.nodes)
+        self._upload(
+            Triangles=pack_triangles(bvh.order, t.indices, t.materials),
+            TrianglePositions=pack_triangle_positions(bvh.order, t.positions, t.indices),
+            BvhNodes=bvh.nodes,
+        )
         self._bvh_defines = {"BVH_STACK": max(bvh.depth, 1)}
 
     def update_shadow(self) -> bool:
@@ -94,9 +108,12 @@ class GpuScene:
 
     def draw(self, program: moderngl.Program) -> None:
         """Draw every triangle with one call; the program names the vertex attributes it wants."""
-        if program.glo not in self._vertex_arrays:
-            self._vertex_arrays[program.glo] = self._vertex_array(program)
-        self._vertex_arrays[program.glo].render()
+        array = self._vertex_arrays.get(program.glo)
+        if array is None or array.program is not program:  # drivers give a released program's number to the next one
+            if array is not None:
+                array.release()
+            array = self._vertex_arrays[program.glo] = self._vertex_array(program)
+        array.render()
 
     def release(self) -> None:
         """Free everything this scene holds on the GPU."""
@@ -115,16 +132,20 @@ class GpuScene:
         names = [name for name, _, used in wanted if used]
         return self._ctx.vertex_array(program, [(self.blocks["Vertices"], layout, *names)], self._indices)
 
-    def _buffer(self, what: str, records: NDArray[Any]) -> moderngl.Buffer:
-        """A storage buffer. An empty array becomes one zeroed record: a block must have a size."""
+    def _upload(self, **blocks: NDArray[Any]) -> None:
+        """Make storage blocks, or none of them if one is too large. An empty one gets a zeroed record: a block must
+        have a size.
+        """
         limit = self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]
-        if records.nbytes > limit:
-            raise UserError(
-                f"the scene's {what} need {_mib(records.nbytes)} in one block, but this device allows {_mib(limit)}: "
-                "choose a smaller scene"
-            )
-        data = records.tobytes() or bytes(records.dtype.itemsize * max(int(np.prod(records.shape[1:])), 1))
-        return self._ctx.buffer(data)
+        for name, records in blocks.items():
+            if records.nbytes > limit:
+                raise UserError(
+                    f"the scene's {_WORDS[name]} need {_mib(records.nbytes)} in one block, but this device allows "
+                    f"{_mib(limit)}: choose a smaller scene"
+                )
+        for name, records in blocks.items():
+            data = records.tobytes() or bytes(records.dtype.itemsize * max(int(np.prod(records.shape[1:])), 1))
+            self.blocks[name] = self._ctx.buffer(data)
 
 
 def _mib(count: int) -> str:

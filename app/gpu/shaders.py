@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..data import data_dir
+from ..errors import NO_GRAPHICS, UserError
 
 VERSION = "#version 430 core"
 SUFFIXES = (".glsl", ".comp", ".vert", ".frag")
@@ -21,8 +22,14 @@ _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 _LOCATION = re.compile(r"^(?P<head>(?:ERROR|WARNING):\s*)?\d+[:(](?P<line>\d+)\)?(?:\(\d+\))?\s*:")
 
 
-class ShaderError(Exception):
-    """A shader that cannot be assembled, compiled or bound; the message names the real file and line."""
+class ShaderError(UserError):
+    """A shader that cannot be assembled, compiled or bound; the message names the real file and line.
+
+    A person meets it as one: a broken edit shows in the window, and a driver that refuses a shader ends in a sentence.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message, NO_GRAPHICS)
 
 
 @dataclass(frozen=True)

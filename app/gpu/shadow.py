@@ -1,4 +1,4 @@
-"""The sun's shadow map: depth of the static scene seen along the light, rendered again only when that has changed."""
+"""The sun's shadow map: depth of the static scene along the light, rendered again only when the light has turned."""
 
 from __future__ import annotations
 
@@ -58,10 +58,6 @@ class ShadowMap:
     def bytes(self) -> int:
         """Of the depth texture."""
         return self.size * self.size * BYTES_PER_TEXEL
-
-    def invalidate(self) -> None:
-        """The geometry changed: render again at the next `update`."""
-        self._direction = None
 
     def update(self, direction: Vec3) -> bool:
         """Render for light travelling along `direction` (unit) unless the map shows just that. True if it rendered."""

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..errors import UserError
 from ..scene.model import Image, TextureSlot
+from ..tone import srgb_decode
 
 CLASS_SIZES = (256, 1024, 2048)  # px per side: icons and tiles, ordinary maps, hero maps
 NO_TEXTURE = 0xFFFFFFFF
@@ -48,12 +49,7 @@ def slot_bits(slot: TextureSlot | None, places: Sequence[Place]) -> int:
     return place.size_class << 24 | _WRAP[slot.wrap_v] << 18 | _WRAP[slot.wrap_u] << 16 | place.layer
 
 
-def linear_from_srgb(encoded: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Linear light from sRGB code values in 0..1 (IEC 61966-2-1)."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-
-
-_LINEAR = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
+_LINEAR = srgb_decode(np.arange(256) / 255.0).astype(np.float32)
 _PLAIN = (np.arange(256) / 255.0).astype(np.float32)
 
 

@@ -76,6 +76,7 @@ class Profiler:
         self.enabled = True
         self._frame = 0
         self._queries: dict[str, list[moderngl.Query | None]] = {}
+        self._spare: list[moderngl.Query] = []  # moderngl cannot release a query, so none is thrown away
         self._kept: dict[str, deque[float]] = {}
 
     @contextmanager
@@ -87,7 +88,7 @@ class Profiler:
             ring = self._queries.setdefault(name, [None] * RING)
             slot = self._frame % RING
             if (query := ring[slot]) is None:
-                query = ring[slot] = self._ctx.query(time=True)
+                query = ring[slot] = self._spare.pop() if self._spare else self._ctx.query(time=True)
             else:
                 self._keep(name, query.elapsed / 1e6)
             with query:
@@ -103,6 +104,7 @@ class Profiler:
 
     def reset(self) -> None:
         """Forget all times: the plan changed."""
+        self._spare += [query for ring in self._queries.values() for query in ring if query is not None]
         self._queries.clear()
         self._kept.clear()
 
@@ -113,14 +115,11 @@ class Profiler:
                 if (query := ring[frame % RING]) is not None:
                     self._keep(name, query.elapsed / 1e6)
                     ring[frame % RING] = None
+                    self._spare.append(query)
 
     def median_ms(self) -> dict[str, float]:
         """Median milliseconds by pass name over the frames kept, in the order first run."""
         return {name: float(np.median(times)) for name, times in self._kept.items() if times}
-
-    def latest_ms(self, name: str) -> float | None:
-        """The newest time of one pass, or None."""
-        return self._kept[name][-1] if self._kept.get(name) else None
 
     def _keep(self, name: str, ms: float) -> None:
         self._kept.setdefault(name, deque(maxlen=KEPT)).append(ms)

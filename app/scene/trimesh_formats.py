@@ -14,6 +14,7 @@ import trimesh
 from trimesh.resolvers import FilePathResolver
 
 from ..errors import UserError
+from ..tone import srgb_decode
 from .decoded import Decoded
 from .images import MAX_SIDE, pixels
 from .model import F32, Image, Instance, Material, TextureSlot
@@ -102,9 +103,8 @@ def _uvs(mesh: trimesh.Trimesh, count: int) -> F32 | None:
 
 def _linear(colors: Any) -> F32:
     """(n, 4) linear colours from 8-bit ones, which these formats mean for display (sRGB, IEC 61966-2-1)."""
-    c = np.asarray(colors, np.float32) / np.float32(255.0)
-    rgb = np.where(c[:, :3] <= 0.04045, c[:, :3] / 12.92, ((c[:, :3] + 0.055) / 1.055) ** 2.4)
-    return np.hstack([rgb, c[:, 3:]]).astype(np.float32)
+    c = np.asarray(colors, np.float64) / 255.0
+    return np.hstack([srgb_decode(c[:, :3]), c[:, 3:]]).astype(np.float32)
 
 
 def _material(found: Any, decoded: Decoded, source: str) -> Material:

@@ -11,6 +11,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera, Viewpoint
+from ..errors import UserError
 from ..frame.pipeline import CONVERGING
 from ..frame.targets import TARGETS
 from ..gpu.scene import GpuScene
@@ -118,15 +119,22 @@ class Stage:
 
     def depth_at(self, across: float, down: float, look: Look) -> float | None:
         """Planar depth [m] at a fraction of the picture's width and height from the top left; None in the sky."""
+        if not self.sides:  # a click while the first scene loads
+            return None
         side = self.sides[-1 if look.compare and across > look.bar else 0]
         width, height = side.renderer.size
         depth = side.renderer.depth_at(int(across * width), int(down * height))
         return depth if 0.0 < depth < 0.5 * SKY_DEPTH else None  # 0: this view drew no geometry
 
     def picture(self, look: Look) -> np.ndarray:
-        """What the picture shows (h, w, 3) uint8 sRGB, top row first, split at the bar."""
+        """What the picture shows (h, w, 3) uint8 sRGB, top row first, split at the bar.
+
+        Raises UserError before the first frame.
+        """
+        if not self.sides:
+            raise UserError("there is no picture to save yet")
         left = self.sides[0].renderer.picture()
-        if look.compare:
+        if look.compare and len(self.sides) > 1:  # the second side exists from its first frame on
             column = round(look.bar * left.shape[1])
             left[:, column:] = self.sides[1].renderer.picture()[:, column:]
         return left

@@ -29,7 +29,8 @@ void main() {
         coc[i] = gathered_coc(texelFetch(in_coc, pixel, 0).r, frame.max_coc_px);
     }
     const uint DIAGONALS_FIRST[4] = uint[4](0u, 3u, 1u, 2u);  // two frames already see both columns and both rows
-    // One step further every four frames: the first coordinate of the sub-pixel jitter (R2, 0.7549 a frame) repeats almost exactly after four.
+    // One step further every four frames: the first coordinate of the sub-pixel jitter (R2, 0.7549 a frame) repeats
+    // almost exactly after four.
     float chosen = coc[DIAGONALS_FIRST[(frame.frame_index + frame.frame_index / 4u) & 3u]];
     vec4 sum = vec4(0.0);
     float weight = 0.0;

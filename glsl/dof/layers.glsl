@@ -1,4 +1,5 @@
 // How the post-process divides the CoC range among its paths, for the passes that must agree about it.
+#include "lib/coc.glsl"
 #include "lib/splat.glsl"
 
 // |CoC| at which half resolution begins and ends taking over from full resolution. Half a resolution's texel is 2 px:
@@ -8,7 +9,7 @@
 const float HALF_RES_BEGIN_PX = 2.0;
 const float HALF_RES_END_PX = 4.0;
 #else
-const float HALF_RES_BEGIN_PX = 0.70710678;
+const float HALF_RES_BEGIN_PX = IN_FOCUS_COC_PX;
 const float HALF_RES_END_PX = 2.0;
 #endif
 

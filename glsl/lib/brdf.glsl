@@ -2,8 +2,8 @@
 // tests/gpu/shading_twin.py. Cosines are clamped to 0..1 by the caller; n_v is at least MIN_COSINE.
 // Method: GGX (Walter et al. 2007), height-correlated Smith (Heitz 2014, section 6), Fresnel after Schlick 1994, as
 //         glTF 2.0 appendix B.
+#include "lib/pi.glsl"
 
-const float BRDF_PI = 3.14159265358979;
 const float MIN_COSINE = 1e-4;     // grazing: below it the visibility term divides by almost nothing
 const float MIN_ROUGHNESS = 0.1;   // r: the peak 1/(4 pi r^4) stays within float16 under 80 lux
 
@@ -12,7 +12,7 @@ float ggx_distribution(vec3 n, vec3 h, float alpha) {
     vec3 c = cross(n, h);
     float a = dot(n, h) * alpha;
     float k = alpha / (dot(c, c) + a * a);
-    return k * k / BRDF_PI;
+    return k * k / PI;
 }
 
 // Masking and shadowing over 4 n.l n.v.
@@ -30,8 +30,7 @@ vec3 schlick_fresnel(vec3 f0, float v_h) {
 }
 
 // Polynomials in e^(-4 n_v) (rows) and roughness (columns), fitted by us to numerical integrals of the model above
-// over n_v 0.02..1 and
-// roughness 0.1..1; tests/gpu/test_brdf.py integrates again and holds the fit to its error.
+// over n_v 0.02..1 and roughness 0.1..1; tests/gpu/test_brdf.py integrates again and holds the fit to its error.
 const mat4 ALBEDO_TOTAL = mat4(
     0.84878, 1.11336, -1.02304, -0.13455,
     1.49104, -8.99542, 5.31922, 2.96998,
@@ -79,8 +78,7 @@ vec2 specular_lobe(float n_v, float roughness) {
 }
 
 // Radiance of the two-colour sky along a direction whose height is y: linear in y, so that its integral over any lobe
-// is its value at the
-// lobe's mean direction.
+// is its value at the lobe's mean direction.
 vec3 hemisphere_radiance(vec3 sky, vec3 ground, float y) {
     return mix(ground, sky, 0.5 + 0.5 * y);
 }

@@ -17,10 +17,13 @@ vec3 rgb_from_ycocg(vec3 c) {
     return vec3(c.x + c.y - c.z, c.x + c.z, c.x - c.y - c.z);
 }
 
-// True for a colour that an average can take in. Decided on the bits: compilers turn comparisons round as if there
-// were no NaN.
-bool is_usable(vec3 c) {
+// Which components an average can take in. Decided on the bits: compilers turn comparisons round as if there were no
+// NaN.
+bvec3 usable(vec3 c) {
     const uint LIMIT = 0x7149f2cau;  // 1e30, far above any radiance
-    uvec3 magnitude = floatBitsToUint(c) & 0x7fffffffu;
-    return all(lessThan(magnitude, uvec3(LIMIT)));
+    return lessThan(floatBitsToUint(c) & 0x7fffffffu, uvec3(LIMIT));
+}
+
+bool is_usable(vec3 c) {
+    return all(usable(c));
 }

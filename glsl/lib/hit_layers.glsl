@@ -31,8 +31,8 @@ float newest_weight(float rays, float before, float floor_weight) {
 }
 
 // The accumulated hit ratio, kept within twice the standard error of the latest one: what the newest `rays` rays
-// contradict is a ghost. The error is that of a proportion with one success and one failure added (Agresti and Coull
-// 1998), so that it is never zero.
+// contradict is a ghost. The error is that of a proportion with one success and one failure added (Laplace's rule of
+// succession), so that it is never zero.
 float trusted_ratio(float accumulated, float latest, float rays) {
     float n = rays + 2.0;
     float q = (latest * rays + 1.0) / n;

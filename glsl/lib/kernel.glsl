@@ -3,7 +3,7 @@
 #include "lib/lens.glsl"
 
 const float GOLDEN = 0.618033989;   // turns of the golden angle: successive rotations never repeat
-const float PLASTIC = 0.754877666;  // 1 / plastic number: with GOLDEN a low-discrepancy pair (Roberts 2018, R2)
+const float PLASTIC = 0.754877666;  // 1 / plastic number: independent of GOLDEN over Q, so pairs fill the square
 
 // Rings for a kernel of `radius_texels`: rings about a texel apart, `most` at the most.
 int ring_count(float radius_texels, int most) {

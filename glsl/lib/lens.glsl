@@ -1,7 +1,6 @@
-// The aperture: its sampling, its gauge (is this offset inside the bokeh?) and its brightness profile. Float64 twins: app/optics.py.
-// blades < 3 is a disc. Points and offsets are in units of the lens' half diameter.
-
-const float PI = 3.14159265358979;
+// The aperture's sampling, with its brightness profile. Float64 twins: app/optics.py.
+// blades < 3 is a disc. Points are in units of the lens' half diameter.
+#include "lib/pi.glsl"
 
 // Unit square to unit disc, area-preserving and continuous (Shirley and Chiu 1997).
 vec2 concentric_disc(vec2 square) {
@@ -13,14 +12,10 @@ vec2 concentric_disc(vec2 square) {
     return radius * vec2(cos(angle), sin(angle));
 }
 
-// Enclosed-area fraction t = r^2 with density 1 + s (2t - 1), from uniform u: the quadratic's root in the form that does not cancel.
+// Enclosed-area fraction t = r^2 with density 1 + s (2t - 1), from uniform u: the quadratic's root in the form that
+// does not cancel.
 float aberrated_area(float u, float s) {
     return 2.0 * u / max((1.0 - s) + sqrt(max((1.0 - s) * (1.0 - s) + 4.0 * s * u, 0.0)), 1e-30);
-}
-
-// Relative brightness of the bokeh at enclosed-area fraction t; its mean over the aperture is 1.
-float aberration_weight(float t, float s) {
-    return 1.0 + s * (2.0 * t - 1.0);
 }
 
 // Unit square to a regular polygon inscribed in the unit circle, uniform by area.
@@ -46,21 +41,4 @@ vec2 lens_point(vec2 square, int blades, float rotation, float anamorphic, float
         point = polygon_point(vec2(square.x, aberrated_area(square.y, aberration)), blades, rotation);
     }
     return vec2(point.x / anamorphic, point.y);
-}
-
-// The factor by which the aperture must grow to just reach `offset`: 1 on its rim (Minkowski gauge).
-float lens_gauge(vec2 offset, int blades, float rotation, float anamorphic) {
-    offset.x *= anamorphic;
-    float radius = length(offset);
-    if (blades < 3 || radius == 0.0) return radius;
-    float sector = 2.0 * PI / float(blades);
-    float angle = atan(offset.y, offset.x) - rotation;
-    float within = angle - sector * (floor(angle / sector) + 0.5);
-    return radius * cos(within) / cos(PI / float(blades));
-}
-
-// Area of the aperture in units of its half diameter squared: pi for a disc.
-float lens_area(int blades, float anamorphic) {
-    float n = float(blades);
-    return (blades < 3 ? PI : 0.5 * n * sin(2.0 * PI / n)) / anamorphic;
 }

@@ -6,8 +6,8 @@ void order(inout vec4 a, inout vec4 b) {
     a = low;
 }
 
-// Nineteen exchanges that leave the fifth largest in the middle (Paeth 1990, "Median finding on a 3x3 grid", Graphics
-// Gems).
+// Nineteen exchanges that leave the fifth largest in the middle (Smith 1996, "Implementing median filters in XC4000E
+// FPGAs", Xcell 23).
 vec4 median9(vec4 v[9]) {
     order(v[1], v[2]); order(v[4], v[5]); order(v[7], v[8]);
     order(v[0], v[1]); order(v[3], v[4]); order(v[6], v[7]);

@@ -1,6 +1,5 @@
 // Unit vectors in two numbers: the octahedral map (Meyer et al. 2010; Cigolle et al. 2014, "A survey of efficient
-// representations
-// for independent unit vectors", JCGT 3:2). Float64 twin: app/gpu/octahedral.py.
+// representations for independent unit vectors", JCGT 3:2). Float64 twin: app/gpu/octahedral.py.
 
 vec2 sign_not_zero(vec2 v) {
     return vec2(v.x >= 0.0 ? 1.0 : -1.0, v.y >= 0.0 ? 1.0 : -1.0);

@@ -1,9 +1,11 @@
-// A running mean in float32 that keeps converging: compensated addition of (x - mean) / n (Kahan 1965). Twin: tests/gpu/test_running_mean.py.
+// A running mean in float32 that keeps converging: compensated addition of (x - mean) / n (Kahan 1965).
+// Float64 twin: tests/gpu/test_running_mean.py.
+#include "lib/color.glsl"
 
-// mean.rgb over mean.a samples takes one more; `withheld` carries the rounding between calls. A sample that is not finite counts as black.
+// mean.rgb over mean.a samples takes one more; `withheld` carries the rounding between calls. What is not finite
+// counts as black.
 void add_sample(inout vec4 mean, inout vec3 withheld, vec3 value) {
-    bvec3 finite = lessThan(abs(value), vec3(3e38));  // false for NaN as well
-    value = mix(vec3(0.0), value, finite);
+    value = mix(vec3(0.0), value, usable(value));
     mean.a += 1.0;
     precise vec3 step = (value - mean.rgb) / mean.a - withheld;
     precise vec3 moved = mean.rgb + step;

@@ -47,7 +47,8 @@ uint pixel_seed(uvec2 pixel, uint seed) {
     return hash_u32(pixel.x + hash_u32(pixel.y + hash_u32(seed)));
 }
 
-// A random base-2 digit scramble of 32-bit fractions, four at once (Laine and Karras 2011, section 3.1, with a stronger mix).
+// A random base-2 digit scramble of 32-bit fractions, four at once (Laine and Karras 2011, section 3.1, with the better
+// mixing constants of Vegdahl 2021).
 uvec4 owen_scramble(uvec4 x, uvec4 seed) {
     uvec4 v = bitfieldReverse(x);
     v ^= v * 0x3d20adeau;

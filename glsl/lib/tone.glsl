@@ -2,16 +2,19 @@
 
 // sRGB encoding of linear 0..1 (IEC 61966-2-1).
 vec3 srgb_encode(vec3 linear) {
-    return mix(1.055 * pow(max(linear, 1e-8), vec3(1.0 / 2.4)) - 0.055, 12.92 * linear, lessThanEqual(linear, vec3(0.0031308)));
+    vec3 curve = 1.055 * pow(max(linear, 1e-8), vec3(1.0 / 2.4)) - 0.055;
+    return mix(curve, 12.92 * linear, lessThanEqual(linear, vec3(0.0031308)));
 }
 
-// Filmic curve: a rational fit of the ACES reference rendering and sRGB output transforms (Narkowicz 2015), with its 0.6 exposure.
+// Filmic curve: a rational fit of the ACES reference rendering and sRGB output transforms (Narkowicz 2015), with its
+// 0.6 exposure.
 vec3 tone_aces(vec3 light) {
     vec3 x = 0.6 * light;
     return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }
 
-// Khronos PBR Neutral (2024): colours below 0.8 keep their values, brighter ones compress towards white at constant hue.
+// Khronos PBR Neutral (2024): colours below 0.8 keep their values, brighter ones compress towards white at constant
+// hue.
 vec3 tone_neutral(vec3 light) {
     const float START = 0.8 - 0.04, DESATURATION = 0.15;
     float low = min(light.r, min(light.g, light.b));

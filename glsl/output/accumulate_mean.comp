@@ -1,9 +1,9 @@
 // Adds one frame to a running mean that neither drifts nor stalls.
-// Reads  in_color             radiance of this frame, full resolution
-// Writes out_reference        mean radiance; a: number of frames
-//        out_reference_error  what rounding has so far withheld from the mean
-// Method mean += (x - mean) / n with compensated addition (Kahan 1965): past thousands of frames the update is smaller than half an ulp of
-//        the mean and would be lost.
+// Reads: color (radiance of this frame, full resolution).
+// Writes (updated in place, full resolution): reference (mean radiance; a: number of frames), reference_error (what
+//   rounding has so far withheld from the mean).
+// Method: mean += (x - mean) / n with compensated addition (Kahan 1965): past thousands of frames the update is smaller
+// than half an ulp of the mean and would be lost.
 #include "shared/frame.glsl"
 #include "lib/running_mean.glsl"
 

@@ -1,6 +1,8 @@
 // Shows one finished picture, or two on either side of a bar.
-// Reads: left, right (display values, any resolution: filtered to the window's), bar_x (0..1 of the rectangle; negative: no bar), texel (1/window px).
-// Writes: pixel (display values). Method: none beyond bilinear filtering; a white line between dark edges is seen on any picture.
+// Reads: left, right (display values, any resolution: filtered to the window's), bar_x (0..1 of the rectangle;
+//   negative: no bar), texel (1/window px).
+// Writes: pixel (display values).
+// Method: none beyond bilinear filtering; a white line between dark edges is seen on any picture.
 
 uniform sampler2D left;
 uniform sampler2D right;

@@ -1,4 +1,5 @@
-// Covers the picture's rectangle with one triangle. Reads: nothing. Writes: uv (0..1 over the rectangle, from the bottom left).
+// Covers the picture's rectangle with one triangle.
+// Reads: nothing. Writes: uv (0..1 over the rectangle, from the bottom left).
 // Method: the vertices (0,0), (2,0), (0,2) of a triangle twice as large as the rectangle, which clipping cuts to it.
 
 out vec2 uv;

@@ -1,9 +1,8 @@
 // Turns the finished picture into display values.
-// Reads  in_color    radiance, linear, full resolution
-//        in_coc      signed CoC radius, px, full resolution (FOCUS_PLANE)
-//        in_backdrop radiance of the sharp raster image (BACKDROP): stands in for pixels of a running mean that have no sample yet
-// Writes out_display sRGB-encoded, 8 bit, full resolution
-// Method exposure, a tone curve (lib/tone.glsl), the sRGB transfer function (IEC 61966-2-1).
+// Reads (full resolution): color (radiance, linear), coc (signed radius, px; FOCUS_PLANE only), backdrop (radiance of
+//   the sharp raster image, which stands in for pixels of a running mean that have no sample yet; BACKDROP only).
+// Writes: display (sRGB-encoded, 8 bit, full resolution).
+// Method: exposure, a tone curve (lib/tone.glsl), the sRGB transfer function (IEC 61966-2-1).
 #include "shared/frame.glsl"
 #include "lib/tone.glsl"
 #include "lib/coc.glsl"

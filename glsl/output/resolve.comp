@@ -1,12 +1,10 @@
 // Averages a view's picture over frames: everything while the camera is still, what can be followed while it moves.
-// Reads (full resolution): in_color (linear radiance, aliased, jittered), in_motion (px) while something moves,
-//         prev_resolved (linear
-//        radiance; a: frames averaged so far).
-// Writes (full resolution): out_resolved (the same).
+// Reads (full resolution): color (linear radiance, aliased, jittered), motion (px) while something moves, last frame's
+//   resolved (linear radiance; a: frames averaged so far).
+// Writes (full resolution): resolved (the same).
 // Method: temporal anti-aliasing (Yang, Liu and Salvi 2020, sections 3 and 4): running mean; history fetched along
-//         motion with Catmull-Rom
-//         weights, since bilinear fetches blur a little more every frame, and clipped to the neighbourhood's mean and
-//         deviation (Salvi 2016).
+// motion with Catmull-Rom weights, since bilinear fetches blur a little more every frame, and clipped to the
+// neighbourhood's mean and deviation (Salvi 2016).
 #include "shared/frame.glsl"
 #include "lib/color.glsl"
 #include "lib/catmull_rom.glsl"

@@ -1,6 +1,9 @@
-// Paints one target so that a person can read its values; a texel that is not a number or infinite is magenta, in every kind.
-// Reads: in_color (the target's own unit and resolution; see app/frame/targets.py), frame.overlay_range_lo/hi (that unit), frame.exposure.
-// Writes: out_display (full resolution, display values). A coarse target's texels are shown as blocks, unfiltered, since they are what is inspected.
+// Paints one target so that a person can read its values; a texel that is not a number or infinite is magenta, in
+// every kind.
+// Reads: color (the target's own unit and resolution; see app/frame/targets.py), frame.overlay_range_lo and _hi (that
+//   unit), frame.exposure.
+// Writes: display (full resolution, display values). A coarse target's texels are shown as blocks, unfiltered, since
+//   they are what is inspected.
 // Method: the colour maps of lib/colormap.glsl. SHOW: 0 colour, 1 signed, 2 scalar, 3 octahedral normal, 4 vector.
 #include "lib/colormap.glsl"
 #include "lib/octahedral.glsl"
@@ -13,7 +16,8 @@ layout(rgba8) uniform writeonly image2D out_display;
 
 const vec3 INVALID = vec3(1.0, 0.0, 1.0);
 
-// Of up to three signed components the one farthest from zero: a tile's extremes, a colour's rounding error, or the only one there is.
+// Of up to three signed components the one farthest from zero: a tile's extremes, a colour's rounding error, or the
+// only one there is.
 float largest(vec3 v) {
     float xy = abs(v.x) >= abs(v.y) ? v.x : v.y;
     return abs(xy) >= abs(v.z) ? xy : v.z;

@@ -1,5 +1,6 @@
 // Paints the user interface: the vertex colour times a texel of the font atlas or of a picture.
-// Reads: image (display values, straight alpha). Writes: pixel (display values, straight alpha; blended over the window).
+// Reads: image (display values, straight alpha).
+// Writes: pixel (display values, straight alpha; blended over the window).
 // Method: Dear ImGui's shading rule (Cornut, imgui.h, ImDrawCmd).
 
 uniform sampler2D image;

@@ -1,5 +1,7 @@
 // Places the user interface's triangles on the window.
-// Reads: position (window units, y downwards), uv, color (display values); transform (scale xy, offset zw, to clip space). Writes: clip position.
+// Reads: position (window units, y downwards), uv, color (display values); transform (scale xy, offset zw, to clip
+//   space).
+// Writes: clip position.
 // Method: Dear ImGui's vertex format (Cornut, imgui.h, ImDrawVert).
 
 uniform vec4 transform;

@@ -1,12 +1,10 @@
 // Writes what the nearest surface in each pixel is made of.
 // Reads: materials and textures of the scene.
-// Writes (full resolution): out_base_color (linear rgb, metallic), out_normal (octahedral xy, roughness, 1),
-//         out_depth (planar, m),
-//         out_emissive (linear radiance) where the scene has any.
-// Method: deferred shading (Saito and Takahashi 1990); texture detail from the ratio of a triangle's area in uv and
-//         in space, taken here
-//         from screen derivatives: both are planar over the triangle, so the ratio is the constant that a ray
-//         computes from the vertices.
+// Writes (full resolution): base_color (linear rgb, metallic), normal (octahedral xy, roughness, 1), depth (planar, m),
+//   emissive (linear radiance) where the scene has any.
+// Method: deferred shading (Saito and Takahashi 1990); texture detail from the ratio of a triangle's area in uv and in
+// space, taken here from screen derivatives: both are planar over the triangle, so the ratio is the constant that a ray
+// computes from the vertices.
 #include "shared/primary.glsl"
 #include "shared/surface.glsl"
 

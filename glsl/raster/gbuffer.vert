@@ -1,6 +1,8 @@
 // Brings every vertex of the scene to this frame's jittered clip space.
 // Reads: the vertex buffer (world, m).
 // Writes: what gbuffer.frag interpolates.
+// Method: the projection of app/camera.py; in the raster reference sheared about the focal plane (Haeberli and Akeley
+// 1990).
 #include "shared/frame.glsl"
 #include "lib/octahedral.glsl"
 

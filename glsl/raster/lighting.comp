@@ -1,8 +1,7 @@
 // Lights the G-buffer with the same shade() that lights ray hits.
-// Reads (full resolution): in_base_color (linear, a: metallic), in_normal (octahedral, roughness, coverage), in_depth
-//         (planar, m),
-//        in_emissive (linear radiance) where the scene has any.
-// Writes (full resolution): out_lit (linear radiance; a: luminance of its specular part).
+// Reads (full resolution): base_color (linear, a: metallic), normal (octahedral, roughness, coverage), depth (planar,
+//   m), emissive (linear radiance) where the scene has any.
+// Writes (full resolution): lit (linear radiance; a: luminance of its specular part).
 // Method: deferred shading (Saito and Takahashi 1990); shade() in shared/shade.glsl.
 #include "shared/primary.glsl"
 #include "shared/shade.glsl"

@@ -1,6 +1,7 @@
 // Brings every vertex of the scene to the sun's clip space.
 // Reads: the vertex buffer (world, m), sun_view_proj.
 // Writes: what shadow.frag interpolates.
+// Method: shadow mapping (Williams 1978), orthographic for a sun.
 uniform mat4 sun_view_proj;
 
 in vec3 position;

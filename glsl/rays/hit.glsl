@@ -46,7 +46,7 @@ Surface surface_of_hit(Hit hit, Ray ray) {
     vec3 w = weights_of(hit.barycentrics);
     vec3 a = vertex_position(v.x);
     vec3 facing = cross(vertex_position(v.y) - a, vertex_position(v.z) - a);
-    float side = dot(facing, ray.direction) <= 0.0 ? 1.0 : -1.0;  // counter-clockwise is the front, as the rasteriser has it
+    float side = dot(facing, ray.direction) <= 0.0 ? 1.0 : -1.0;  // counter-clockwise: the front, as in the rasteriser
     vec2 uv = vec2(0.0);
     vec4 tangent = vec4(0.0);
     vec3 normal = vec3(0.0);
@@ -56,15 +56,16 @@ Surface surface_of_hit(Hit hit, Ray ray) {
     footprint = uv_footprint(v, hit.t);
 #endif
 #if LIT
-    normal = w.x * unpack_normal(vertices[v.x].normal) + w.y * unpack_normal(vertices[v.y].normal) + w.z * unpack_normal(vertices[v.z].normal);
+    for (int i = 0; i < 3; i++) normal += w[i] * unpack_normal(vertices[v[i]].normal);
 #endif
 #if NORMAL_MAPPED
-    tangent = w.x * unpack_tangent(vertices[v.x].tangent) + w.y * unpack_tangent(vertices[v.y].tangent) + w.z * unpack_tangent(vertices[v.z].tangent);
+    for (int i = 0; i < 3; i++) tangent += w[i] * unpack_tangent(vertices[v[i]].tangent);
 #endif
     return surface_at(hit.material, ray.origin + hit.t * ray.direction, side, normal, tangent, uv, footprint);
 }
 
-// Radiance along a lens ray (alpha: luminance of its specular part), and the planar depth [m] and world position [m] it came from.
+// Radiance along a lens ray (alpha: luminance of its specular part), and the planar depth [m] and world position [m] it
+// came from.
 vec4 radiance(Ray ray, out float planar_depth, out vec3 position) {
     Hit hit;
     if (!trace_closest(ray, SKY_DEPTH, hit)) {

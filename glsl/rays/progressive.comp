@@ -1,8 +1,10 @@
 // The ray-traced view: adds lens samples to every pixel's running mean.
-// Writes out_traced        mean radiance, linear; a: number of samples; full resolution
-//        out_traced_error  what rounding has so far withheld from the mean
-// Method distribution ray tracing over lens and pixel (Cook, Porter and Carpenter 1984) with Owen-scrambled Sobol points; the mean is kept in
-//        float32 with compensated addition. Rows slice_begin to slice_end only, so that one frame never takes long.
+// Reads: the scene and its ray-tracing tree.
+// Writes (updated in place, full resolution): traced (mean radiance, linear; a: number of samples), traced_error (what
+//   rounding has so far withheld from the mean).
+// Method: distribution ray tracing over lens and pixel (Cook, Porter and Carpenter 1984) with Owen-scrambled Sobol
+// points; the mean is kept in float32 with compensated addition. Rows slice_begin to slice_end only, so that one frame
+// never takes long.
 #include "shared/frame.glsl"
 #include "lib/sampling.glsl"
 #include "lib/running_mean.glsl"

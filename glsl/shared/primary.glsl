@@ -1,6 +1,5 @@
 // Where the rasterised sample of a pixel lies: the pinhole's ray, or in the raster reference the ray from the frame's
-// lens point through
-// the point where the pinhole's ray meets the focal plane.
+// lens point through the point where the pinhole's ray meets the focal plane.
 #include "shared/frame.glsl"
 
 // The camera's slope (right, up per metre of planar depth) of the pinhole ray through a point of the image [px].

@@ -37,8 +37,7 @@ struct Texel {
 };
 
 // Sampler state is `repeat`; the other modes are computed. Their coordinate stays half a texel of the coarser mip
-// level inside, or the
-// filter would reach round to the far edge.
+// level inside, or the filter would reach round to the far edge.
 float wrap_coordinate(float x, uint mode, float half_texel) {
     if (mode == 0u) return x;
     float mirrored = 1.0 - abs(2.0 * fract(0.5 * x) - 1.0);

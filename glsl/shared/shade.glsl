@@ -1,9 +1,8 @@
 // What a surface sends towards the viewer: the one lighting model of raster image and ray hits.
-// Method: glTF metallic-roughness (glTF 2.0 appendix B), with light that bounces among microfacets kept and the
-//         diffuse base scaled by what
-//         they let through, so that no surface returns more than it receives and a white one returns all; suns, point
-//         and spot lights; a two-colour sky in closed form; shadow map with a 3x3 texel tent of four
-//         hardware-filtered taps (after Reeves, Salesin and Cook 1987) and an offset along the normal (Holbein 2011).
+// Method: glTF metallic-roughness (glTF 2.0 appendix B), with light that bounces among microfacets kept and the diffuse
+// base scaled by what they let through, so that no surface returns more than it receives and a white one returns all;
+// suns, point and spot lights; a two-colour sky in closed form; shadow map with a 3x3 texel tent of four
+// hardware-filtered taps (after Reeves, Salesin and Cook 1987) and an offset along the normal (Holbert 2011).
 #include "shared/frame.glsl"
 #include "shared/surface.glsl"
 #include "lib/brdf.glsl"
@@ -59,7 +58,7 @@ Reflection reflect_light(Shading p, vec3 light_dir) {
     vec3 h = normalize(light_dir + p.view);
     vec3 fresnel = schlick_fresnel(p.f0, dot(p.view, h));
     float microfacets = ggx_distribution(p.normal, h, p.alpha) * smith_visibility(n_l, p.n_v, p.alpha);
-    return Reflection(p.diffuse * (n_l / BRDF_PI), fresnel * p.specular_gain * (microfacets * n_l));
+    return Reflection(p.diffuse * (n_l / PI), fresnel * p.specular_gain * (microfacets * n_l));
 }
 
 Reflection reflect_sky(Shading p) {
@@ -118,8 +117,7 @@ vec3 irradiance_from(Light light, Shading p, vec3 position, out vec3 light_dir) 
 #endif
 
 // Radiance towards the viewer (`view_dir`: unit, from the surface to the viewer); a: luminance of the specular part.
-// Unlit: the base colour
-// and what the surface emits.
+// Unlit: the base colour and what the surface emits.
 vec4 shade(Surface s, vec3 view_dir) {
 #if LIT
     Shading p = prepare_shading(s, view_dir);

@@ -2,11 +2,11 @@
 
 struct Vertex {  // 32 bytes
     float px;  // @0  world position, m
-    float py;  // @4  
-    float pz;  // @8  
+    float py;  // @4
+    float pz;  // @8
     uint normal;  // @12  octahedral, snorm16x2
     float u;  // @16  texture coordinate, v downwards
-    float v;  // @20  
+    float v;  // @20
     uint tangent;  // @24  octahedral, snorm16x2; lowest bit of the high half: handedness is -1
     uint material;  // @28  index into the materials
 };
@@ -23,11 +23,11 @@ struct Material {  // 192 bytes
     vec4 uv_base_u;  // @64  row of the base colour's uv transform: u' = dot(xyz, (u, v, 1))
     vec4 uv_base_v;  // @80  v'
     vec4 uv_surface_u;  // @96  the same for metallic-roughness
-    vec4 uv_surface_v;  // @112  
+    vec4 uv_surface_v;  // @112
     vec4 uv_normal_u;  // @128  the same for the normal map
-    vec4 uv_normal_v;  // @144  
+    vec4 uv_normal_v;  // @144
     vec4 uv_emissive_u;  // @160  the same for emissive
-    vec4 uv_emissive_v;  // @176  
+    vec4 uv_emissive_v;  // @176
 };
 
 struct Light {  // 64 bytes
@@ -43,56 +43,50 @@ struct Light {  // 64 bytes
     uint unused1;  // @60  padding
 };
 
-struct Frame {  // 672 bytes
+struct Frame {  // 576 bytes
     mat4 view;  // @0  world to view (-z forward)
     mat4 view_proj;  // @64  world to clip, jittered (and sheared for the raster reference)
     mat4 view_to_world;  // @128  inverse of view
     mat4 prev_view_proj;  // @192  last frame's world to clip, without jitter
     mat4 this_view_proj;  // @256  this frame's world to clip, without jitter
     mat4 shadow_view_proj;  // @320  world to the sun's clip space
-    mat4 prev_view;  // @384  last frame's world to view
-    vec3 eye;  // @448  centre of the lens, world, m
-    float near_plane;  // @460  m
-    vec3 lens_eye;  // @464  the point rays of this raster frame start from: eye, or a lens point in the raster reference, m
-    float tan_half_fov_y;  // @476  
-    vec3 sky;  // @480  linear radiance straight up, or the flat background when unlit
-    float aperture;  // @492  lens diameter, m
-    vec3 ground;  // @496  linear radiance straight down
-    float focus_distance;  // @508  m, planar
-    vec2 size_px;  // @512  full resolution
-    vec2 inverse_size;  // @520  1/px
-    vec2 jitter_px;  // @528  sub-pixel offset of this frame's samples from the pixel centre, in -0.5..0.5
-    vec2 prev_jitter_px;  // @536  last frame's
-    float coc_scale_px;  // @544  K of coc_px = K (1/d - 1/z)
-    float inverse_focus;  // @548  1/d, 1/m; 0 at infinity
-    float max_coc_px;  // @552  largest CoC radius that the post-process reaches, px
-    float lens_anamorphic;  // @556  horizontal squeeze of the aperture: x is scaled by 1/this
-    float lens_rotation;  // @560  rad
-    float lens_aberration;  // @564  s of the area weight 1 + s(2t - 1), -1..1
-    uint frame_index;  // @568  counts from 0 at the last history reset
-    uint seed;  // @572  
-    vec3 sun_direction;  // @576  unit, world, the way its light travels
-    float exposure;  // @588  linear factor before tone mapping
-    uint light_count;  // @592  
-    uint samples_per_frame;  // @596  traced view: lens samples per pixel added this frame
-    uint slice_begin;  // @600  traced view: first row of this frame's slice, px
-    uint slice_end;  // @604  one past its last row
-    float ray_budget;  // @608  hybrid: mean rays per masked pixel
-    uint max_rays;  // @612  hybrid: most rays for one pixel
-    float mask_sensitivity;  // @616  s of the mask's saturating response
-    float focus_blend;  // @620  width of the near/far split, as CoC radius in px
-    float history_alpha;  // @624  smallest blend factor of the ray accumulation
-    float blend_hit_ratio;  // @628  far: rays count below this hit ratio
-    float blend_specular;  // @632  near: specular luminance at which the post-process wins
-    float taa_alpha;  // @636  blend factor of the newest frame
-    uint camera_moved;  // @640  1 if the view changed since last frame
-    uint history_valid;  // @644  0 right after a reset
-    float mask_threshold;  // @648  mask responses below get no rays
-    float mask_smoothing;  // @652  standard deviation of the mask's Gaussian, half-res px
-    float layer_fade_px;  // @656  post-process: CoC difference over which a sample passes from fore- to background
-    float overlay_range_lo;  // @660  value shown as the colour map's start
-    float overlay_range_hi;  // @664  value shown as its end
-    float compare_x_px;  // @668  split-screen bar; negative: none
+    vec3 lens_eye;  // @384  the point rays of this raster frame start from: eye, or a lens point in the raster reference, m
+    float near_plane;  // @396  m
+    vec3 sky;  // @400  linear radiance straight up, or the flat background when unlit
+    float tan_half_fov_y;  // @412
+    vec3 ground;  // @416  linear radiance straight down
+    float aperture;  // @428  lens diameter, m
+    vec2 size_px;  // @432  full resolution
+    vec2 inverse_size;  // @440  1/px
+    vec2 jitter_px;  // @448  sub-pixel offset of this frame's samples from the pixel centre, in -0.5..0.5
+    float coc_scale_px;  // @456  K of coc_px = K (1/d - 1/z)
+    float inverse_focus;  // @460  1/d, 1/m; 0 at infinity
+    float max_coc_px;  // @464  largest CoC radius that the post-process reaches, px
+    float lens_anamorphic;  // @468  horizontal squeeze of the aperture: x is scaled by 1/this
+    float lens_rotation;  // @472  rad
+    float lens_aberration;  // @476  s of the area weight 1 + s(2t - 1), -1..1
+    uint frame_index;  // @480  counts from 0 at the last history reset
+    uint seed;  // @484
+    float exposure;  // @488  linear factor before tone mapping
+    uint light_count;  // @492
+    uint samples_per_frame;  // @496  traced view: lens samples per pixel added this frame
+    uint slice_begin;  // @500  traced view: first row of this frame's slice, px
+    uint slice_end;  // @504  one past its last row
+    float ray_budget;  // @508  hybrid: mean rays per masked pixel
+    uint max_rays;  // @512  hybrid: most rays for one pixel
+    float mask_sensitivity;  // @516  s of the mask's saturating response
+    float focus_blend;  // @520  width of the near/far split, as CoC radius in px
+    float history_alpha;  // @524  smallest blend factor of the ray accumulation
+    float blend_hit_ratio;  // @528  far: rays count below this hit ratio
+    float blend_specular;  // @532  near: specular luminance at which the post-process wins
+    float taa_alpha;  // @536  blend factor of the newest frame
+    uint camera_moved;  // @540  1 if the view changed since last frame
+    uint history_valid;  // @544  0 right after a reset
+    float mask_threshold;  // @548  mask responses below get no rays
+    float mask_smoothing;  // @552  standard deviation of the mask's Gaussian, half-res px
+    float layer_fade_px;  // @556  post-process: CoC difference over which a sample passes from fore- to background
+    float overlay_range_lo;  // @560  value shown as the colour map's start
+    float overlay_range_hi;  // @564  value shown as its end
 };
 
 struct BvhNode {  // 64 bytes

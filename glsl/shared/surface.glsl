@@ -1,7 +1,6 @@
 // What a point of the scene is made of: the one reading of materials and textures that raster and rays share.
 // Level of detail, one rule for both: footprint_uv = sqrt(uv area / world area of the triangle) * planar depth * 2
-// tan(fov/2) / H,
-// isotropic; times the texture's size it is the pixel in texels.
+// tan(fov/2) / H, isotropic; times the texture's size it is the pixel in texels.
 #include "shared/scene.glsl"
 #include "lib/octahedral.glsl"
 

@@ -121,6 +121,8 @@ def test_the_program_itself_has_help_and_a_version(argument: str, capsys: pytest
         (("shot", "still-life", "-o", "x.png", "--spp", "-3"), "--spp"),
         (("shot", "still-life", "-o", "x.png", "--spp", "many"), "--spp"),
         (("shot", "still-life", "-o", "x.png", "--seed", "x"), "--seed"),
+        (("shot", "still-life", "-o", "x.png", "--seed", "-1"), "--seed"),
+        (("shot", "still-life", "-o", "x.png", "--seed", "4294967296"), "--seed"),
         (("scenes", "surplus"), "surplus"),
         (("--nonsense",), "--nonsense"),
     ],

@@ -18,7 +18,6 @@ from app.optics import (
     coc_px,
     coc_scale_px,
     concentric_disc,
-    depth_of_coc,
     lens_area,
     lens_gauge,
     lens_point,
@@ -73,12 +72,6 @@ def test_coc_is_what_a_lens_ray_does(z: float, d: float, x: float, ux: float, ap
     assert abs(moved_px - expected) <= 1e-14 * cancelled + 1e-12
 
 
-@given(z=depths, d=depths, scale=st.floats(1e-3, 1e6))
-def test_depth_of_coc_inverts_it(z: float, d: float, scale: float) -> None:
-    back = float(depth_of_coc(coc_px(z, scale, 1.0 / d), scale, 1.0 / d))
-    assert back == pytest.approx(z, rel=4e-16 * (2.0 + 3.0 * z / d) + 1e-14)  # 1/d - (1/d - 1/z) cancels where z >> d
-
-
 @given(d=depths, scale=st.floats(0.0, 1e6), a=depths, b=depths)
 def test_sign_order_and_limits(d: float, scale: float, a: float, b: float) -> None:
     near, far = sorted((a, b))
@@ -99,11 +92,6 @@ def test_a_pinhole_blurs_nothing(z: float, d: float, fov: float) -> None:
 def test_coc_is_a_fraction_of_the_image_height(height: int, fov: float, z: float, d: float) -> None:
     one, two = (float(coc_px(z, coc_scale_px(0.1, h, fov), 1.0 / d)) for h in (height, 2 * height))
     assert two == 2.0 * one
-
-
-def test_depth_beyond_the_largest_far_coc_does_not_exist() -> None:
-    assert np.isinf(depth_of_coc(5.0, 10.0, 0.5))
-    assert depth_of_coc(5.1, 10.0, 0.5) < 0.0
 
 
 def test_the_focus_zone_is_the_posters() -> None:

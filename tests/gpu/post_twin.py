@@ -12,7 +12,7 @@ from app.optics import IN_FOCUS_COC_PX
 
 Array = NDArray[np.float64]
 
-MAX_RADIANCE = 6.0e4
+LARGEST_RADIANCE = 6e4
 REACH_MARGIN_PX = 3.0
 GOLDEN, PLASTIC = 0.618033989, 0.754877666
 
@@ -24,7 +24,7 @@ def smoothstep(low: ArrayLike, high: ArrayLike, x: ArrayLike) -> Array:
 
 def finite_radiance(c: ArrayLike) -> Array:
     c = np.asarray(c, float)
-    return np.where(c > 0.0, np.minimum(c, MAX_RADIANCE), 0.0)
+    return np.where(c > 0.0, np.minimum(c, LARGEST_RADIANCE), 0.0)
 
 
 def gathered_coc(coc: ArrayLike, limit: ArrayLike) -> Array:

@@ -34,16 +34,6 @@ def test_coc_is_as_exact_as_its_subtraction_allows(ctx: moderngl.Context) -> Non
     assert (np.abs(gpu_coc(ctx, DEPTH) - expected) <= tolerance).all()
 
 
-def test_depth_of_coc_inverts_it(ctx: moderngl.Context) -> None:
-    keep = SCALE > 0.0
-    coc = gpu_coc(ctx, DEPTH)[keep]
-    call = "float depth_of_coc(float c, float k, float i)"
-    back = call_glsl(ctx, "lib/coc.glsl", call, coc, SCALE[keep], INVERSE[keep]).astype(float)
-    z, inverse = DEPTH[keep].astype(float), INVERSE[keep].astype(float)
-    tolerance = 12.0 * EPS * (inverse + 1.0 / z)  # of 1/z, which is what the function computes and then inverts
-    assert (np.abs(1.0 / back - 1.0 / z) <= tolerance + 4.0 * EPS / z).all()
-
-
 def test_sign_and_order_survive_float32(ctx: moderngl.Context) -> None:
     coc = gpu_coc(ctx, DEPTH)
     clear = np.abs(INVERSE.astype(float) * DEPTH - 1.0) > 1e-5
@@ -51,9 +41,3 @@ def test_sign_and_order_survive_float32(ctx: moderngl.Context) -> None:
     ordered = np.sort(DEPTH)
     values = call_glsl(ctx, "lib/coc.glsl", "float coc_px(float z, float k, float i)", ordered, 100.0, 0.5)
     assert (np.diff(values) >= 0.0).all()
-
-
-def test_constants_are_the_twins(ctx: moderngl.Context) -> None:
-    wrapper = "vec2 constants(float x) { return vec2(SKY_DEPTH, IN_FOCUS_COC_PX); }"
-    values = call_glsl(ctx, "lib/coc.glsl", "vec2 constants(float x)", 0.0, extra=wrapper)
-    assert (values[0] == np.array([optics.SKY_DEPTH, optics.IN_FOCUS_COC_PX], np.float32)).all()

@@ -54,18 +54,6 @@ def test_lens_point_stays_inside(ctx: moderngl.Context, blades: int, rotation: f
         assert optics.lens_gauge(points, blades, rotation, anamorphic).max() <= 1.0 + 2.0 * ANGULAR
 
 
-@EACH_APERTURE
-def test_lens_gauge(ctx: moderngl.Context, blades: int, rotation: float, anamorphic: float) -> None:
-    offsets = (40.0 * (SQUARES - 0.5)).astype(np.float32)
-    offsets[:3] = (0.0, 0.0), (1e-20, 0.0), (0.0, -1e4)
-    call = "float lens_gauge(vec2 o, int b, float r, float a)"
-    found = call_glsl(ctx, FILE, call, offsets, blades, rotation, anamorphic)
-    expected = optics.lens_gauge(
-        offsets.astype(float), blades, float(np.float32(rotation)), float(np.float32(anamorphic))
-    )
-    np.testing.assert_allclose(found, expected, rtol=2.0 * ANGULAR, atol=1e-18)  # 1e-20 squared underflows in length()
-
-
 def test_aberrated_area_solves_its_equation(ctx: moderngl.Context) -> None:
     """By the residual: near t = 1 with s = -1 the inverse itself is ill-conditioned, its equation is not."""
     u, s = SQUARES[:, 0], (2.0 * SQUARES[:, 1] - 1.0).astype(np.float32)
@@ -77,12 +65,3 @@ def test_aberrated_area_solves_its_equation(ctx: moderngl.Context) -> None:
     s64 = s.astype(float)
     residual = (1.0 - s64) * t + s64 * t * t - u
     assert (np.abs(residual) <= 8.0 * EPS * (np.abs(1.0 - s64) * t + np.abs(s64) * t * t)).all()
-
-
-def test_aberration_weight_and_area(ctx: moderngl.Context) -> None:
-    t, s = SQUARES[:, 0], (2.0 * SQUARES[:, 1] - 1.0).astype(np.float32)
-    found = call_glsl(ctx, FILE, "float aberration_weight(float t, float s)", t, s)
-    np.testing.assert_allclose(found, 1.0 + s.astype(float) * (2.0 * t.astype(float) - 1.0), atol=3.0 * EPS)
-    blades = np.arange(17)
-    areas = call_glsl(ctx, FILE, "float lens_area(int b, float a)", blades, 1.6)
-    np.testing.assert_allclose(areas, [optics.lens_area(int(b), 1.6) for b in blades], rtol=ANGULAR)

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from app.optics import aberration_weight, coc_px
+from app.optics import aberration_weight, coc_px, lens_gauge
 
 from . import post_twin as twin
 from .harness import call_glsl
@@ -97,8 +97,7 @@ def test_kernel_taps_match_their_twins_and_fill_their_rings(
     expected = np.array([twin.kernel_tap(i, n, frame, blades, turned, anamorphic) for i in index])
     # GLSL leaves the error of sin and cos open; 2^-11 is what desktop drivers keep, far below a texel.
     assert np.abs(got - expected).max() < 2.0**-11
-    signature = "float lens_gauge(vec2 o, int b, float r, float a)"
-    gauge = call_glsl(ctx, "lib/lens.glsl", signature, got, blades, rotation, anamorphic)
+    gauge = lens_gauge(got, blades, rotation, anamorphic)
     for k in range(1, n + 1):
         ring = gauge[twin.first_tap(k) : twin.first_tap(k) + twin.ring_taps(k)]
         assert (ring > twin.ring_rim(k - 1, n) - 1e-3).all()

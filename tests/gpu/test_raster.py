@@ -227,7 +227,6 @@ def motion_frame(now: Camera, before: Camera, w: int, h: int, jitter: tuple[floa
         "view_proj": (offset(jitter, (w, h)) @ project @ now.view()).T,
         "this_view_proj": (project @ now.view()).T,
         "prev_view_proj": (project @ before.view()).T,
-        "eye": now.eye,
         "lens_eye": now.eye,
         "jitter_px": jitter,
         "tan_half_fov_y": math.tan(now.fov_y / 2),

@@ -30,6 +30,14 @@ def walls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_before_the_first_frame_there_is_nothing_to_focus_on_and_nothing_to_save(ctx: moderngl.Context) -> None:
+    """A person may click and press F12 while the first scene loads."""
+    made = Stage(ctx, lambda text, fraction: None)
+    assert made.depth_at(0.5, 0.5, Look()) is None
+    with pytest.raises(UserError, match="no picture"):
+        made.picture(Look())
+
+
 @pytest.fixture
 def stage(ctx: moderngl.Context, walls: Path) -> Iterator[Stage]:
     made = Stage(ctx, lambda text, fraction: None)

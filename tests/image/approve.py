@@ -1,6 +1,7 @@
-"""`python -m tests.image.approve [NAME ...]`: draw the golden pictures again and keep those that changed. Look at them before you commit.
+"""`python -m tests.image.approve [NAME ...]`: draw the golden pictures again. Look at them before you commit.
 
-Without names every picture is drawn, and one that differs within its tolerance is kept as it is. A name approves that picture whatever changed.
+Without names every picture is drawn, and one that differs within its tolerance is kept as it is. A name approves that
+picture whatever changed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One small bright quad out of focus, on black: its picture is the lens's shape, whose moments are known in closed form."""
+"""A small bright quad out of focus, on black: its picture is the lens, whose moments are known in closed form."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+
 from app.camera import Camera
 from app.optics import coc_px, coc_scale_px
 from app.scene.model import Material
@@ -46,7 +47,7 @@ def coc_radius(depth: float) -> float:
 
 @dataclass(frozen=True)
 class Moments:
-    """What a bokeh amounts to: energy [radiance px^2], centroid [px from the bottom left], variance along x and y [px^2]."""
+    """A bokeh's energy [radiance px^2], centroid [px from the bottom left] and variance along x and y [px^2]."""
 
     energy: float
     centroid: np.ndarray
@@ -67,8 +68,8 @@ def moments(picture: np.ndarray) -> Moments:
 def expected(depth: float, blades: int = 0, anamorphic: float = 1.0, aberration: float = 0.0) -> Moments:
     """Closed form: the quad's square convolved with the aperture scaled by the CoC radius; a pixel adds its own square.
 
-    Mean square radius of a disc whose enclosed-area fraction t has density 1 + s (2t - 1): 1/2 + s/6; of a regular n-gon in the unit circle:
-    (2 + cos(2 pi / n)) / 6. Each axis has half of it, the squeezed one divided by the squeeze's square.
+    Mean square radius of a disc whose enclosed-area fraction t has density 1 + s (2t - 1): 1/2 + s/6; of a regular
+    n-gon in the unit circle: (2 + cos(2 pi / n)) / 6. Each axis has half of it, over the squeeze's square in x.
     """
     mean_square = (2 + math.cos(2 * math.pi / blades)) / 6 if blades >= 3 else 0.5 + aberration / 6
     lens = coc_radius(depth) ** 2 * mean_square / 2 / np.array([anamorphic**2, 1.0])
@@ -77,7 +78,7 @@ def expected(depth: float, blades: int = 0, anamorphic: float = 1.0, aberration:
 
 
 def sixfold(picture: np.ndarray) -> complex:
-    """Sixth angular moment about the centroid, scaled to -1..1: positive real for a hexagon with a corner to the right, negative turned by 30 degrees."""
+    """Sixth angular moment about the centroid: 1 for six arms, one of them to the right; -1 if turned by 30 degrees."""
     light, about = picture[::-1, :, 0], moments(picture).centroid
     y, x = np.indices(light.shape) + 0.5
     arm = (x - about[0]) + 1j * (y - about[1])

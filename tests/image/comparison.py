@@ -6,12 +6,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 LABELS = ("post-process", "hybrid", "ray-traced")
-DETAIL = (
-    300,
-    60,
-    440,
-    200,
-)  # left, top, right, bottom in a 640x360 picture: leaves before the vase, the wall and the lights
+DETAIL = (262, 66, 402, 206)  # left, top, right, bottom at 640x360: leaves before vase, wall and lights
 ZOOM = 3
 GAP = 6  # px between the details
 LABEL_HEIGHT = 28  # px

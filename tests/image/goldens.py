@@ -1,4 +1,4 @@
-"""The golden pictures: what is drawn, and how much of it may change unnoticed. They are the README's pictures too (screenshots/)."""
+"""The golden pictures: what is drawn, and how much of it may change unnoticed. The README shows the same files."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
-from app.settings import to_dict
 from PIL import Image
+
+from app.settings import to_dict
 
 from . import comparison
 from .stage import opened
@@ -18,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 SCREENSHOTS = ROOT / "screenshots"
 DIFFERENCES = Path(__file__).parent / "diff"
 
-LEVELS = 3  # of 255: software rasterisers of different processors differ in their low bits, and sRGB steepens that in the dark
+LEVELS = 3  # of 255: a software rasteriser differs in its low bits between processors, and sRGB steepens the dark
 AMPLIFIED = 8  # how much brighter the difference picture shows a difference
 
 Picture = np.ndarray  # (h, w, 3) uint8 sRGB, top row first
@@ -26,16 +27,15 @@ Picture = np.ndarray  # (h, w, 3) uint8 sRGB, top row first
 
 @dataclass(frozen=True)
 class Tolerance:
-    """A picture is the golden one if no more than `share` of its pixels differ by over LEVELS, and all by `mean` levels on average."""
+    """The share of pixels that may differ by more than LEVELS, and how many levels all may differ by on average."""
 
     share: float
     mean: float
 
 
 STEADY = Tolerance(share=0.003, mean=0.1)  # a rasterised edge may move by a bit, a texel by a rounding
-SAMPLED = Tolerance(
-    share=0.01, mean=0.25
-)  # where a ray passes an edge on the other side, a bright highlight makes one pixel of it
+# where a ray passes an edge on the other side, a bright highlight makes one pixel of it
+SAMPLED = Tolerance(share=0.01, mean=0.25)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The solids of occluders.py in Mitsuba 3: the same triangles, each emitting its base colour, through a `thinlens` sensor."""
+"""The solids of occluders.py in Mitsuba 3: the same triangles emit their base colour, seen by a `thinlens` sensor."""
 
 from __future__ import annotations
 

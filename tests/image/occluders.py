@@ -1,4 +1,4 @@
-"""A scene of closed coloured solids at several depths before and behind focus, hiding parts of each other, on a ground plane."""
+"""Closed coloured solids on a ground plane, before and behind focus, that hide parts of each other."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
+
 from app.camera import Camera, look_at
 from app.scene.model import Instance, Material, Mesh, Scene
 

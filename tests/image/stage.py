@@ -9,6 +9,7 @@ from pathlib import Path
 
 import moderngl
 import numpy as np
+
 from app.bvh.build import build_bvh
 from app.camera import Camera, read_viewpoint
 from app.frame.pipeline import CONVERGING
@@ -42,7 +43,7 @@ class Stage:
         settings: Settings | None = None,
         camera: Camera | None = None,
     ) -> Renderer:
-        """The renderer after a fresh start: `frames` frames of a view, or `spp` lens samples per pixel of a converging one."""
+        """The renderer after a fresh start and `frames` frames of a view, or `spp` lens samples of a converging one."""
         renderer = self.renderer
         renderer.resize(size)
         renderer.reset()

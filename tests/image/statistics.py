@@ -1,8 +1,9 @@
-"""Do two Monte-Carlo pictures have the same expectation? Answered from independent runs of each, never from a tuned threshold.
+"""Do two Monte-Carlo pictures have the same expectation? Answered from independent runs of each, not by a threshold.
 
-Every run is an unbiased picture, so a statistic of it (a pixel, the mean of a block of pixels, the mean of all) is one draw of a random number. The
-difference of the two pictures' mean statistics over its standard error, estimated from the spread of the runs, is Welch's t (Welch 1947):
-for equal expectations it follows Student's distribution, whatever correlations one picture has between its pixels.
+Every run is an unbiased picture, so a statistic of it (a pixel, the mean of a block of pixels, the mean of all) is one
+draw of a random number. The difference of the two pictures' mean statistics over its standard error, estimated from the
+spread of the runs, is Welch's t (Welch 1947): for equal expectations it follows Student's distribution, whatever
+correlations one picture has between its pixels.
 """
 
 from __future__ import annotations
@@ -18,11 +19,8 @@ Array = NDArray[np.float64]
 HALF_EPSILON = 2.0**-11  # largest relative rounding error of a float16 (the raster path's targets)
 CHANCE = 1e-6  # probability that a sound pair of pictures fails a test: none in a project's lifetime
 PIXEL_TAIL = 1e-3  # two-sided tail beyond which a pixel is called an outlier ...
-TAIL_EXCESS = (
-    4.0  # ... and by how much more often that may happen: runs of few samples are not normal where highlights are rare
-)
-SPREAD = 1.2  # rms of t over thousands of pixels is 1 within some 5 %; the rest is room for pixels whose runs are far from normal
-BIAS = 0.1  # mean of t over the noisy pixels: a common shift of a tenth of one pixel's standard error is already seen by the blocks
+TAIL_EXCESS = 4.0  # ... and how much more often that may be: runs of few samples are not normal where lights are rare
+SPREAD = 1.2  # rms of t over thousands of pixels is 1 within some 5 %; the rest is for pixels far from normal
 
 
 @dataclass(frozen=True)
@@ -31,12 +29,8 @@ class Scores:
 
     t: Array
     freedom: int
+    error: Array  # standard error of the difference
     noisy: NDArray[np.bool_]  # places where the runs differ at all: the others agree exactly or not at all
-
-    @property
-    def bias(self) -> float:
-        """Mean t over the noisy places."""
-        return float(self.t[self.noisy].mean())
 
     @property
     def tail(self) -> float:
@@ -45,7 +39,7 @@ class Scores:
 
     @property
     def spread(self) -> float:
-        """Root mean square of t over the noisy places, over that of Student's distribution: 1 for equal expectations."""
+        """Root mean square of t over the noisy places, in units of Student's: 1 for equal expectations."""
         return float(np.sqrt(np.mean(self.t[self.noisy] ** 2) / (self.freedom / (self.freedom - 2.0))))
 
     @property
@@ -63,13 +57,11 @@ def scores(a: Array, b: Array, rounding: float = 0.0) -> Scores:
     mean_a, mean_b = a.mean(0), b.mean(0)
     error = np.sqrt(a.var(0, ddof=1) / len(a) + b.var(0, ddof=1) / len(b))
     difference = mean_a - mean_b
-    excess = np.sign(difference) * np.maximum(
-        np.abs(difference) - rounding * np.maximum(np.abs(mean_a), np.abs(mean_b)), 0.0
-    )
-    floor = np.finfo(np.float32).eps * np.maximum(
-        np.abs(mean_a), 1e-3
-    )  # a constant pixel has no spread, but its float32 mean rounds
-    return Scores(excess / np.maximum(error, floor), min(len(a), len(b)) - 1, error > floor)
+    known = rounding * np.maximum(np.abs(mean_a), np.abs(mean_b))
+    excess = np.sign(difference) * np.maximum(np.abs(difference) - known, 0.0)
+    # A constant pixel has no spread, but its float32 mean rounds.
+    floor = np.finfo(np.float32).eps * np.maximum(np.abs(mean_a), 1e-3)
+    return Scores(excess / np.maximum(error, floor), min(len(a), len(b)) - 1, error, error > floor)
 
 
 def block_means(runs: Array, side: int) -> Array:
@@ -86,9 +78,14 @@ def assert_same_expectation(a: Array, b: Array, rounding: float = 0.0, block: in
         f"{pixels.tail:.2%} of the pixels lie beyond the {PIXEL_TAIL:.1%} tail of their noise"
     )
     assert pixels.spread <= SPREAD, f"the pixels differ by {pixels.spread:.2f} times their noise"
-    assert abs(pixels.bias) <= BIAS, f"the pixels are off by {pixels.bias:.2f} of their standard error on average"
-    for what, means in (("a block", block_means), ("the whole picture", lambda runs, _: runs.mean((1, 2)))):
-        found = scores(means(a, block), means(b, block), rounding)
+    noise = np.where(pixels.noisy, pixels.error, np.inf)
+    wholes = {
+        "a block": (block_means(a, block), block_means(b, block)),
+        "the whole picture": (a.mean((1, 2)), b.mean((1, 2))),
+        "the picture weighted by its noise": ((a / noise).mean((1, 2)), (b / noise).mean((1, 2))),
+    }
+    for what, (mine, other) in wholes.items():
+        found = scores(mine, other, rounding)
         assert found.largest <= found.largest_by_chance, (
             f"{what} differs systematically: |t| = {found.largest:.1f}, by chance at most {found.largest_by_chance:.1f}"
         )

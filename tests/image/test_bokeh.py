@@ -21,11 +21,8 @@ TRUTHS = {"traced": {"spp": 256}, "reference": {"spp": 128}}
 FILTERS = {"post": {"frames": 64}, "hybrid": {"frames": 64}}  # noise and sub-pixel position average out over the frames
 
 #: (energy, relative; centroid, px; standard deviation along each axis, px)
-TRUE = (
-    0.03,
-    0.2,
-    0.12,
-)  # four standard errors: 256 samples on 36 px hit the light 9000 times, and each hit lies some 6 px from the centre
+# four standard errors: 256 samples on 36 px hit the light 9000 times, and each hit lies some 6 px from the centre
+TRUE = (0.03, 0.2, 0.12)
 FILTERED = (0.05, 0.25, 0.4)  # half-resolution texels are 2 px wide: a quarter of one in place, a fifth in size
 
 
@@ -56,7 +53,7 @@ def assert_moments(view: str, found: Moments, expected: Moments, tolerance: tupl
 
 
 def assert_same_outline(view: str, picture: np.ndarray, truth: np.ndarray) -> None:
-    """The bright pixels are the same but for the rim: of 400 to 600 px, a ring some 80 px around is nobody's to decide within half a pixel."""
+    """The bright pixels are the same but for the rim, some 80 of 400 to 600 px, of which half a pixel decides."""
     seen, wanted = bokeh.covered(picture), bokeh.covered(truth)
     overlap = (seen & wanted).sum() / (seen | wanted).sum()
     assert overlap >= 0.9, f"{view} covers {overlap:.2f} of the same pixels"

@@ -1,4 +1,4 @@
-"""The ray-traced view converges as fast as its samples allow, and does not stop: against float64 truth, past 16 000 samples."""
+"""The ray-traced view converges as fast as its samples allow, and does not stop: float64 truth, 16 384 samples."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import math
 
 import moderngl
 import numpy as np
+from scipy.integrate import quad_vec
+
 from app.camera import Camera
 from app.optics import coc_px, coc_scale_px
 from app.scene.model import Material
-from scipy.integrate import quad_vec
 
 from ..gpu.small_scenes import quad, scene_of
 from . import occluders
@@ -33,7 +34,7 @@ def half_plane(ctx: moderngl.Context) -> Stage:
 
 
 def edge_truth() -> np.ndarray:
-    """Radiance (w,) of each pixel column: the disc's share on the wall's side of the edge, integrated over the pixel, in float64."""
+    """Radiance (w,) of each pixel column: the disc's share beyond the edge, integrated over the pixel, in float64."""
     scale = coc_scale_px(APERTURE, SIZE[1], CAMERA.fov_y)
     radius = abs(float(coc_px(WALL_DEPTH, scale, 1 / FOCUS)))
     columns = np.arange(SIZE[0], dtype=np.float64)
@@ -53,7 +54,7 @@ def rms(picture: np.ndarray, truth: np.ndarray) -> float:
 def test_the_mean_keeps_converging_past_sixteen_thousand_samples(ctx) -> None:
     stage, truth = half_plane(ctx), edge_truth()[None, :, None]
     errors = {n: rms(stage.linear("traced", SIZE, spp=n), truth) for n in (256, 4096, 16384)}
-    # Owen-scrambled points err as n^-3/4 on a disc's edge at best and n^-1/2 at worst (Owen 1997); a mean that stalled would not fall at all.
+    # Owen-scrambled points err as n^-3/4 at best, n^-1/2 at worst (Owen 1997); a mean that stalls does not fall.
     assert errors[4096] <= errors[256] / 4
     assert errors[16384] <= errors[4096] / 2
     assert stage.renderer.converged_samples == 16384

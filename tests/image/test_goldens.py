@@ -1,4 +1,4 @@
-"""Each picture of the default scene is the one that was approved. `make approve` approves; nothing here writes to screenshots/."""
+"""Each picture of the default scene is the one that was approved. Only `make approve` writes to screenshots/."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def test_every_screenshot_can_be_drawn_again() -> None:
 )
 def test_tolerance_tells_the_views_apart(one: str, other: str) -> None:
     expected, actual = goldens.stored(one), goldens.stored(other)
-    assert expected is not None and actual is not None
+    assert expected is not None
+    assert actual is not None
     allowed = next(golden.tolerance for golden in GOLDENS if golden.name == one)
     assert not goldens.within(goldens.difference(expected, actual), allowed)
 

@@ -1,4 +1,4 @@
-"""Every scene beside the checkout, from each of its camera files, in every view: something is drawn and nothing is broken."""
+"""Every scene beside the checkout, from each of its camera files, in every view: it is drawn, and nothing is broken."""
 
 from __future__ import annotations
 
