@@ -9,10 +9,11 @@ import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pyrr import matrix44, quaternion, vector3
+from pyrr import matrix44, vector3
 
 from .errors import UserError
 from .settings import Lens
@@ -63,11 +64,6 @@ class Camera:
         return replace(
             self, forward=(-math.sin(azimuth) * c, math.sin(elevation), -math.cos(azimuth) * c), up=(0.0, 1.0, 0.0)
         )
-
-    def rolled(self, angle: float) -> Camera:
-        """Turned clockwise about the view axis by `angle` [rad]."""
-        q = quaternion.create_from_axis_rotation(np.asarray(self.forward, float), angle, dtype=float)
-        return replace(self, up=_vec(quaternion.apply_to_vector(q, np.asarray(self.true_up, float))))
 
 
 @dataclass(frozen=True)
@@ -171,17 +167,19 @@ def _lens_value(values: dict[str, float | None], key: str) -> float | None:
     return value
 
 
-def write_viewpoint(path: str | Path, view: Viewpoint) -> None:
-    """Write a camera file that `read_viewpoint` reads back. Raises UserError."""
-    camera = view.camera
-    values = {
+def camera_values(camera: Camera) -> dict[str, Any]:
+    """A camera as camera files and picture metadata hold it."""
+    return {
         "eye": list(camera.eye),
-        "target": list(np.add(camera.eye, camera.forward)),
+        "target": [e + f for e, f in zip(camera.eye, camera.forward, strict=True)],
         "up": list(camera.up),
         "fov_y_deg": math.degrees(camera.fov_y),
-        "focus_distance": view.focus_distance,
-        "aperture": view.aperture,
     }
+
+
+def write_viewpoint(path: str | Path, view: Viewpoint) -> None:
+    """Write a camera file that `read_viewpoint` reads back. Raises UserError."""
+    values = {**camera_values(view.camera), "focus_distance": view.focus_distance, "aperture": view.aperture}
     try:
         Path(path).write_text(json.dumps({k: v for k, v in values.items() if v is not None}, indent=1) + "\n")
     except OSError as error:

@@ -8,7 +8,7 @@ import time
 from importlib import metadata
 from typing import Any
 
-from .camera import Viewpoint, read_viewpoint
+from .camera import Viewpoint, camera_values, read_viewpoint
 from .settings import Settings, parse, plain, put, to_dict, walk
 
 # lens samples per dispatch of a headless picture: long enough to keep the device busy, short enough for its watchdog
@@ -84,6 +84,8 @@ def shot(options: argparse.Namespace) -> int:
         "view": options.view,
         "size": list(options.size),
         "seed": options.seed,
+        "samples": renderer.converged_samples,
+        "camera": camera_values(viewpoint.camera),
         "settings": to_dict(settings),
         "version": version(),
     }
@@ -99,7 +101,6 @@ def shot(options: argparse.Namespace) -> int:
             "seconds": seconds,
             "frame_ms": frame_ms,
             "pass_ms": dict(renderer.timings),
-            "samples": renderer.converged_samples,
             "bytes": renderer.memory,
             "passes": _listed(renderer.plan),
         }
@@ -139,6 +140,7 @@ def plan(options: argparse.Namespace) -> int:
 def info(options: argparse.Namespace) -> int:
     """Say what loading saw, changed and dropped, and what the scene costs in memory."""
     from .bvh.cache import load_or_build
+    from .gpu.layout import VERTEX
     from .session import open_scene, scene_bounds
 
     scene, triangles = open_scene(options.scene, _progress)
@@ -163,7 +165,7 @@ def info(options: argparse.Namespace) -> int:
         f"SAH cost {bvh.stats.sah_cost:.1f} triangle tests; "
         f"ready in {bvh_seconds:.2f} s (built in {bvh.stats.seconds:.2f} s)"
     )
-    vertex_bytes, index_bytes = 32 * len(triangles.positions), 12 * len(triangles.indices)
+    vertex_bytes, index_bytes = VERTEX.itemsize * len(triangles.positions), triangles.indices.nbytes
     bvh_bytes, image_bytes = bvh.nodes.nbytes + (16 + 48) * len(bvh.order), sum(i.pixels.nbytes for i in scene.images)
     print(
         f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh_bytes)}, "

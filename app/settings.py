@@ -64,7 +64,7 @@ class Lens:
     blades: int = knob(0, 0, 16, doc="Sides of the aperture polygon; below 3 it is a circle.")
     rotation: float = knob(0.0, -180.0, 180.0, unit="deg", doc="Turns the aperture counter-clockwise.")
     anamorphic: float = knob(
-        1.0, 0.25, 4.0, doc="Horizontal squeeze of the aperture: above 1 makes tall, narrow bokeh.", log=True
+        1.0, 1.0, 4.0, doc="Horizontal squeeze of the aperture: 2 makes bokeh twice as tall as wide.", log=True
     )
     spherical_aberration: float = knob(
         0.0, -1.0, 1.0, doc="Brightness of the bokeh's rim (positive) against its centre (negative)."
@@ -113,7 +113,11 @@ class Rays:
         1.0, 0.05, 8.0, unit="px", doc="CoC radius over which a hit passes from the near to the far layer.", log=True
     )
     history: float = knob(
-        0.05, 0.005, 1.0, doc="Smallest weight of the newest frame in the accumulation of near and far rays.", log=True
+        0.05,
+        0.005,
+        1.0,
+        doc="Smallest weight of the newest rays in both layers while the camera moves.",
+        log=True,
     )
     samples_per_frame: int = knob(
         1, 1, 64, doc="Lens samples per pixel that the ray-traced view adds each frame.", resets=False

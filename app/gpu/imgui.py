@@ -19,8 +19,7 @@ class ImguiRenderer:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self._own: dict[int, moderngl.Texture] = {}
-        self._user: dict[int, moderngl.Texture] = {}
+        self._textures: dict[int, moderngl.Texture] = {}
         imgui.get_io().backend_flags |= (
             imgui.BackendFlags_.renderer_has_textures
         )  # no vertex offsets: indices have 32 bits
@@ -34,15 +33,6 @@ class ImguiRenderer:
         self._array = ctx.vertex_array(
             self._program, layout, index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE
         )
-
-    def user_texture(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
-        """A handle for `imgui.image`. The caller keeps the texture alive until `forget_texture`."""
-        self._user[texture.glo] = texture
-        return imgui.ImTextureRef(texture.glo)
-
-    def forget_texture(self, texture: moderngl.Texture) -> None:
-        """Stop drawing a user texture."""
-        self._user.pop(texture.glo, None)
 
     def render(self, data: Any) -> None:
         """Draw an `imgui.ImDrawData` over all of the bound framebuffer: display_size times framebuffer_scale px."""
@@ -69,7 +59,7 @@ class ImguiRenderer:
                 if x1 <= x0 or y1 <= y0:
                     continue
                 self._ctx.scissor = (int(x0), int(height - y1), int(x1 - x0), int(y1 - y0))
-                self._texture(command.tex_ref.get_tex_id()).use(0)
+                self._textures[command.tex_ref.get_tex_id()].use(0)
                 self._array.render(moderngl.TRIANGLES, vertices=command.elem_count, first=command.idx_offset)
         self._ctx.scissor = None
         self._ctx.disable(moderngl.BLEND)
@@ -79,13 +69,16 @@ class ImguiRenderer:
         for texture in imgui.get_platform_io().textures:
             texture.set_tex_id(0)
             texture.set_status(imgui.ImTextureStatus.destroyed)
-        resources: tuple[Any, ...] = (*self._own.values(), self._array, self._vertices, self._indices, self._program)
+        resources: tuple[Any, ...] = (
+            *self._textures.values(),
+            self._array,
+            self._vertices,
+            self._indices,
+            self._program,
+        )
         for resource in resources:
             resource.release()
-        self._own.clear()
-
-    def _texture(self, name: int) -> moderngl.Texture:
-        return self._own[name] if name in self._own else self._user[name]
+        self._textures.clear()
 
     def _serve(self, request: Any) -> None:
         status = imgui.ImTextureStatus
@@ -93,17 +86,17 @@ class ImguiRenderer:
             texture = self._ctx.texture((request.width, request.height), 4, _pixels(request).tobytes())
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
             texture.repeat_x = texture.repeat_y = False
-            self._own[texture.glo] = texture
+            self._textures[texture.glo] = texture
             request.set_tex_id(texture.glo)
             request.set_status(status.ok)
         elif request.status == status.want_updates:
             pixels = _pixels(request)
             for r in request.updates:
                 part = np.ascontiguousarray(pixels[r.y : r.y + r.h, r.x : r.x + r.w])
-                self._own[request.tex_id].write(part.tobytes(), viewport=(r.x, r.y, r.w, r.h))
+                self._textures[request.tex_id].write(part.tobytes(), viewport=(r.x, r.y, r.w, r.h))
             request.set_status(status.ok)
         elif request.status == status.want_destroy and request.unused_frames > 0:
-            self._own.pop(request.tex_id).release()
+            self._textures.pop(request.tex_id).release()
             request.set_tex_id(0)
             request.set_status(status.destroyed)
 

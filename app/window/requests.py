@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
-from ..camera import Viewpoint, write_viewpoint
+from ..camera import Viewpoint, camera_values, write_viewpoint
 from ..errors import UserError
 from ..panel.model import Request
 from ..picture import write_png
@@ -79,10 +78,7 @@ class Requests:
             "view": look.view,
             "other": look.other if look.compare else None,
             "samples": [cost.samples for cost in self._stage.costs()],
-            "eye": camera.eye,
-            "forward": camera.forward,
-            "up": camera.up,
-            "fov_y_deg": math.degrees(camera.fov_y),
+            "camera": camera_values(camera),
             "settings": to_dict(look.settings),
         }
         path = self._new_file(".png")

@@ -88,7 +88,7 @@ def test_a_range_contains_its_default(path: str) -> None:
         assert math.isfinite(high)
         assert low <= number <= high
     if leaf.metadata["log"]:
-        assert low > 0.0, "a logarithmic slider cannot reach 0"
+        assert low >= 0.0, "a logarithmic slider keeps to one sign; ImGui's reaches 0 itself past its smallest step"
 
 
 @pytest.mark.parametrize("path", CONTRACT)

@@ -93,22 +93,6 @@ def test_text_appears_and_new_glyphs_update_the_atlas(ctx: moderngl.Context, ren
     assert (first != second).any()
 
 
-def test_a_user_texture_is_shown_texel_by_texel(ctx: moderngl.Context, renderer: ImguiRenderer) -> None:
-    texels = np.random.default_rng(1).integers(0, 256, (8, 8, 4), np.uint8)
-    texels[..., 3] = 255
-    texture = ctx.texture((8, 8), 4, texels.tobytes())
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    reference = renderer.user_texture(texture)
-
-    def image(_: ImguiRenderer) -> None:
-        imgui.get_background_draw_list().add_image(reference, imgui.ImVec2(10, 10), imgui.ImVec2(18, 18))
-
-    pixels = picture(ctx, renderer, image)
-    np.testing.assert_array_equal(pixels[10:18, 10:18], texels[..., :3])
-    renderer.forget_texture(texture)
-    texture.release()
-
-
 def test_more_than_was_reserved_is_drawn_whole(ctx: moderngl.Context, renderer: ImguiRenderer) -> None:
     """20 000 rectangles have more vertices than the first buffers hold; the last of them must still arrive."""
 
