@@ -53,11 +53,13 @@ def shot(options: argparse.Namespace) -> int:
     """Render one picture."""
     from .frame.pipeline import CONVERGING
     from .gpu.context import device_name, headless_context
-    from .picture import check_path, write_exr, write_json, write_png
+    from .picture import check_folder, check_path, write_exr, write_json, write_png
     from .renderer import Renderer
     from .session import load_gpu_scene
 
     output = check_path(options.output)
+    if options.report:
+        check_folder(options.report, "--report")
     given = given_settings(options)
     ctx = headless_context()
     scene, gpu_scene = load_gpu_scene(ctx, options.scene, _progress)

@@ -24,13 +24,18 @@ def check_path(path: str | Path) -> Path:
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise UserError(f"-o {path}: name a file ending in .png or .exr")
-    if not path.parent.is_dir():
-        raise UserError(f"-o {path}: there is no folder {path.parent}")
+    check_folder(path, "-o")
     if path.is_dir():
         raise UserError(f"-o {path} is a folder; name a file")
     if path.suffix.lower() == ".exr":
         _openexr()
     return path
+
+
+def check_folder(path: str | Path, option: str) -> None:
+    """Raise UserError if the folder that `option`'s file would lie in does not exist."""
+    if not Path(path).parent.is_dir():
+        raise UserError(f"{option} {path}: there is no folder {Path(path).parent}")
 
 
 def write_png(path: str | Path, rgb: np.ndarray, metadata: Mapping[str, Any]) -> None:

@@ -17,10 +17,10 @@ import PIL.Image
 from numpy.typing import NDArray
 
 from ..errors import UserError
-from ..scene.model import Image, TextureSlot
+from ..scene.model import LARGEST_IMAGE_PX, Image, TextureSlot
 from ..tone import srgb_decode
 
-CLASS_SIZES = (256, 1024, 2048)  # px per side: icons and tiles, ordinary maps, hero maps
+CLASS_SIZES = (256, 1024, LARGEST_IMAGE_PX)  # px per side: icons and tiles, ordinary maps, hero maps
 NO_TEXTURE = 0xFFFFFFFF
 _WRAP = {"repeat": 0, "mirror": 1, "clamp": 2}
 _BYTES_PER_CHANNEL = {"f1": 1, "f2": 2}

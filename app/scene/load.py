@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..errors import UserError
 from . import gallery
 from .decoded import Decoded
 from .gltf import read_gltf
-from .model import LoadReport, Mesh, Scene
+from .model import LARGEST_IMAGE_PX, Image, LoadReport, Mesh, Scene
 from .validate import MAX_TRIANGLES, Repairs, check_placed, clean
 from .vertex_colors import colors_to_materials
 
@@ -79,7 +79,7 @@ def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, 
         triangles=triangles,
         vertices=sum(len(meshes[i.mesh].positions) for i in instances),
         degenerate=triangles - kept,
-        notes=(*dict.fromkeys(decoded.notes), *repairs.notes()),
+        notes=(*dict.fromkeys(decoded.notes), *repairs.notes(), *_reduced(decoded.images)),
         seconds=time.perf_counter() - started,
     )
     return Scene(
@@ -92,3 +92,9 @@ def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, 
         tuple(decoded.cameras),
         summary,
     )
+
+
+def _reduced(images: Sequence[Image]) -> list[str]:
+    """A note on images that are larger than what is drawn."""
+    count = sum(max(image.pixels.shape[:2]) > LARGEST_IMAGE_PX for image in images)
+    return [f"{count} images are larger than {LARGEST_IMAGE_PX} px a side and are drawn at that size."] if count else []

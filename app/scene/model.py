@@ -30,6 +30,9 @@ class Mesh:
     name: str = ""
 
 
+LARGEST_IMAGE_PX = 2048  # per side; larger ones are drawn at this size: 44 MiB a colour image with its levels
+
+
 @dataclass(frozen=True)
 class Image:
     """8-bit RGBA pixels, top row first."""

@@ -15,5 +15,5 @@ const float HALF_RES_END_PX = 2.0;
 
 // Share of a sample that the half-resolution near layer draws.
 float near_layer_share(float coc) {
-    return near_share(coc, HALF_RES_BEGIN_PX, HALF_RES_END_PX);
+    return front_share(coc, HALF_RES_BEGIN_PX, HALF_RES_END_PX);
 }

@@ -8,6 +8,7 @@
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
 #include "lib/sampling.glsl"
+#include "lib/work_list.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_mask;
@@ -44,7 +45,9 @@ void main() {
     barrier();
     if (gl_LocalInvocationIndex == 0u && listed > 0u) {
         first_slot = atomicAdd(pixel_count, listed);
-        atomicMax(groups[0], (first_slot + listed + 63u) / 64u);
+        uvec2 needed = groups_over(first_slot + listed);
+        atomicMax(groups[0], needed.x);
+        atomicMax(groups[1], needed.y);
     }
     barrier();
     if (rays > 0.0) pixels[first_slot + slot] = uint(p.x) | uint(p.y) << 16u;

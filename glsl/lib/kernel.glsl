@@ -3,7 +3,7 @@
 #include "lib/lens.glsl"
 
 const float GOLDEN = 0.618033989;   // turns of the golden angle: successive rotations never repeat
-const float PLASTIC = 0.754877666;  // 1 / plastic number: independent of GOLDEN over Q, so pairs fill the square
+const float ROOT = 0.414213562;     // sqrt(2) - 1: independent of GOLDEN and of the jitter's step (app/sampling.py: r2)
 
 // Rings for a kernel of `radius_texels`: rings about a texel apart, `most` at the most.
 int ring_count(float radius_texels, int most) {
@@ -36,7 +36,7 @@ vec2 kernel_tap(int index, int n, uint index_of_frame, int blades, float rotatio
     // index lies between the squares of 2k - 1 and 2k + 1; + 0.5 keeps it clear of rounding.
     int k = int((1.0 + sqrt(float(index) + 0.5)) * 0.5);
     float frame = float(index_of_frame & 1023u);  // exact in float, and fract() of its multiples keeps its bits
-    float turn = (float(index - first_tap(k)) + fract(float(k) * GOLDEN + frame * PLASTIC)) / float(ring_taps(k));
+    float turn = (float(index - first_tap(k)) + fract(float(k) * GOLDEN + frame * ROOT)) / float(ring_taps(k));
     float inner = ring_rim(k - 1, n), outer = ring_rim(k, n);
     float area = mix(inner * inner, outer * outer, fract(0.5 + frame * GOLDEN));
     return aperture_point(turn, area, blades, rotation, anamorphic);

@@ -40,7 +40,7 @@ float ring_light(float inner2, float outer2, float radius2, float aberration) {
 
 // 1 for a sample that belongs to the blurred near layer, 0 from the in-focus zone backwards, smooth between |coc| =
 // begin and end.
-float near_share(float coc, float begin, float end) {
+float front_share(float coc, float begin, float end) {
     return smoothstep(begin, end, -coc);
 }
 

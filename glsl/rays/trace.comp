@@ -9,6 +9,7 @@
 #include "shared/frame.glsl"
 #include "lib/sampling.glsl"
 #include "lib/hit_layers.glsl"
+#include "lib/work_list.glsl"
 #include "rays/lens_ray.glsl"
 #include "rays/hit.glsl"
 
@@ -18,8 +19,6 @@ layout(rgba16f) uniform writeonly image2D out_trace_near;
 layout(rgba16f) uniform writeonly image2D out_trace_far;
 layout(rgba16f) uniform writeonly image2D out_trace_motion;
 layout(std430) readonly buffer RayWork { uint groups[3]; uint pixel_count; uint pixels[]; };
-
-const float BRIGHTEST = 60000.0;  // fits a float16 target
 
 // Full-res pixel position of a world point; the point lies in front of this frame's camera, but perhaps not of the
 // last frame's.
@@ -34,13 +33,13 @@ vec2 motion_px(vec3 position) {
 }
 
 vec3 finite(vec3 color) {
-    return mix(vec3(0.0), clamp(color, 0.0, BRIGHTEST), lessThan(abs(color), vec3(3e38)));  // false for NaN as well
+    return mix(vec3(0.0), clamp(color, 0.0, LARGEST_RADIANCE), usable(color));
 }
 
 void main() {
-    if (gl_GlobalInvocationID.x >= pixel_count) return;
-    uint item = pixels[gl_GlobalInvocationID.x];
-    uvec2 p = uvec2(item & 0xffffu, item >> 16u);
+    uint item = item_of(gl_WorkGroupID.xy, gl_LocalInvocationIndex);
+    if (item >= pixel_count) return;
+    uvec2 p = uvec2(pixels[item] & 0xffffu, pixels[item] >> 16u);
     vec2 count = texelFetch(in_ray_count, ivec2(p), 0).xy;
     uint seed = pixel_seed(p, frame.seed), first = uint(count.y), rays = uint(count.x);
     vec4 near = vec4(0.0), far = vec4(0.0), motion = vec4(0.0);

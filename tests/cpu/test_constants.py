@@ -44,7 +44,7 @@ def found(file: str) -> dict[str, str]:
         ("dof/mask_reach.comp", "TILE", TILE_PX / 2),
         ("lib/color.glsl", "LARGEST_RADIANCE", post_twin.LARGEST_RADIANCE),
         ("lib/kernel.glsl", "GOLDEN", post_twin.GOLDEN),
-        ("lib/kernel.glsl", "PLASTIC", post_twin.PLASTIC),
+        ("lib/kernel.glsl", "ROOT", post_twin.ROOT),
         ("lib/mask.glsl", "RAYS_BEGIN_PX", hybrid.RAYS_BEGIN_PX),
         ("lib/mask.glsl", "RAYS_BEGIN_PX", hybrid_twin.RAYS_BEGIN_PX),
         ("lib/mask.glsl", "RAYS_END_PX", hybrid_twin.RAYS_END_PX),

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 LARGEST_RADIANCE = 6e4
 REACH_MARGIN_PX = 3.0
-GOLDEN, PLASTIC = 0.618033989, 0.754877666
+GOLDEN, ROOT = 0.618033989, 0.414213562
 
 
 def smoothstep(low: ArrayLike, high: ArrayLike, x: ArrayLike) -> Array:
@@ -47,7 +47,7 @@ def ring_light(inner2: ArrayLike, outer2: ArrayLike, radius2: ArrayLike, aberrat
     return enclosed_light(np.asarray(outer2) / r2, aberration) - enclosed_light(np.asarray(inner2) / r2, aberration)
 
 
-def near_share(coc: ArrayLike, begin: ArrayLike, end: ArrayLike) -> Array:
+def front_share(coc: ArrayLike, begin: ArrayLike, end: ArrayLike) -> Array:
     return smoothstep(begin, end, -np.asarray(coc, float))
 
 
@@ -100,7 +100,7 @@ def kernel_tap(index: int, n: int, frame: int, blades: int, rotation: float, ana
     if index == 0:
         return np.zeros(2)
     k = (math.isqrt(index) + 1) // 2
-    turn = (index - first_tap(k) + (k * GOLDEN + (frame & 1023) * PLASTIC) % 1.0) / ring_taps(k)
+    turn = (index - first_tap(k) + (k * GOLDEN + (frame & 1023) * ROOT) % 1.0) / ring_taps(k)
     inner, outer = ring_rim(k - 1, n) ** 2, ring_rim(k, n) ** 2
     return aperture_point(
         turn, inner + (outer - inner) * ((0.5 + (frame & 1023) * GOLDEN) % 1.0), blades, rotation, anamorphic

@@ -69,9 +69,9 @@ def test_ring_light_is_the_integral_of_the_lens_weight() -> None:
 
 def test_layer_shares(ctx: moderngl.Context) -> None:
     coc, nearest = f32(rng.uniform(-40, 40, (2, 3000)))
-    near = call_glsl(ctx, SPLAT, "float near_share(float c, float a, float b)", coc, 2.0, 4.0)
+    near = call_glsl(ctx, SPLAT, "float front_share(float c, float a, float b)", coc, 2.0, 4.0)
     fore = call_glsl(ctx, SPLAT, "float fore_share(float c, float n, float f)", coc, nearest, 2.0)
-    assert np.abs(near - twin.near_share(coc, 2.0, 4.0)).max() < 8 * EPS
+    assert np.abs(near - twin.front_share(coc, 2.0, 4.0)).max() < 8 * EPS
     # t = (c - n) / fade: the difference is exact to 1/2 ulp, the quotient to 2.5; smoothstep's slope is at most 1.5.
     assert np.abs(fore - twin.fore_share(coc, nearest, 2.0)).max() < 16 * EPS
 

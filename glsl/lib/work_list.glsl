@@ -1,0 +1,16 @@
+// Work groups over a list of items, folded into rows: OpenGL guarantees no more than 65 535 groups along one dimension,
+// which 64 items each exhaust at four million. Twin: tests/gpu/test_work_list.py.
+
+const uint GROUP_ITEMS = 64u;
+const uint ROW_GROUPS = 32768u;
+
+// Groups along x and y that cover `items`.
+uvec2 groups_over(uint items) {
+    uint groups = (items + GROUP_ITEMS - 1u) / GROUP_ITEMS;
+    return uvec2(min(groups, ROW_GROUPS), (groups + ROW_GROUPS - 1u) / ROW_GROUPS);
+}
+
+// The item of an invocation: `lane` of 0..63 in work group `group`. Those past the list's end have none.
+uint item_of(uvec2 group, uint lane) {
+    return (group.y * ROW_GROUPS + group.x) * GROUP_ITEMS + lane;
+}
