@@ -54,6 +54,12 @@ def test_optional_packages_are_imported_only_where_used(path: Path) -> None:
     assert not undeclared(at_import_time, REQUIRED), "a base installation cannot import this module"
 
 
+def test_what_the_tests_import_is_declared_for_developers() -> None:
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in sorted((ROOT / "tests").rglob("*.py"))]
+    imports = set().union(*(third_party(ast.walk(tree)) for tree in trees)) - {"app", "tests"}
+    assert not undeclared(imports, REQUIRED | OPTIONAL | names(PROJECT["optional-dependencies"]["dev"]))
+
+
 def test_the_promised_extras_exist() -> None:
     assert set(PROJECT["optional-dependencies"]) == {"exr", "metrics", "fast", "video", "plots", "dev"}
     assert PROJECT["scripts"] == {"hybrid-dof": "app.cli:main"}
