@@ -7,7 +7,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from . import commands
 from .errors import UserError
@@ -20,7 +20,10 @@ INTERRUPTED = 130  # what shells report for Ctrl-C
 
 
 class _Parser(argparse.ArgumentParser):
-    """argparse with one sentence instead of a usage dump."""
+    """argparse with one sentence instead of a usage dump, and no guessing at abbreviated options."""
+
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments, allow_abbrev=False)
 
     def error(self, message: str) -> NoReturn:
         raise UserError(f"{message} (see {self.prog} --help)")
@@ -31,9 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in arguments
     try:
-        if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in ("-h", "--help", "--version")):
-            arguments.insert(0, "view")
-        options = parser().parse_args(arguments)
+        options = _parsed(arguments)
         code = int(getattr(commands, options.command)(options) or 0)
         sys.stdout.flush()
         return code
@@ -42,14 +43,25 @@ def main(argv: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         print(f"hybrid-dof: {error}", file=sys.stderr)
         return error.exit_code
-    except (
-        BrokenPipeError
-    ):  # the reader went away, as `| head` does; what is still buffered must not be flushed at exit
+    except BrokenPipeError:
+        # The reader went away, as `| head` does; what is still buffered must not be flushed at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
         print("hybrid-dof: interrupted", file=sys.stderr)
         return INTERRUPTED
+
+
+def _parsed(arguments: list[str]) -> argparse.Namespace:
+    """The options, with `view` as the command where none is named. Raises UserError."""
+    if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in ("-h", "--help", "--version")):
+        if len(arguments) > 1 and not any(argument.startswith("-") for argument in arguments[:2]):
+            raise UserError(f"there is no command {arguments[0]!r}; choose one of {', '.join(COMMANDS)}")
+        arguments = ["view", *arguments]
+    options, unknown = parser().parse_known_args(arguments)
+    if unknown:
+        raise UserError(f"{unknown[0]} is not an option here (see hybrid-dof {options.command} --help)")
+    return options
 
 
 def parser() -> argparse.ArgumentParser:

@@ -28,7 +28,7 @@ def shown(value: Any) -> str:
     value = plain(value)
     if isinstance(value, list):
         return ",".join(f"{x:g}" for x in value)
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return ("off", "on")[value] if isinstance(value, bool) else str(value)
 
 
 def given_settings(options: argparse.Namespace) -> dict[str, Any]:
@@ -42,8 +42,10 @@ def given_settings(options: argparse.Namespace) -> dict[str, Any]:
 
 def view(options: argparse.Namespace) -> int:
     """Open the window."""
+    from .picture import check_folder
     from .window import open_window
 
+    check_folder(f"{options.screenshots}/picture.png", "--screenshots")
     settings = Settings()
     viewpoint = read_viewpoint(options.camera) if options.camera else None
     return open_window(options.scene, options.view, options.size, settings, viewpoint, given_settings(options), options)
@@ -51,7 +53,7 @@ def view(options: argparse.Namespace) -> int:
 
 def shot(options: argparse.Namespace) -> int:
     """Render one picture."""
-    from .frame.pipeline import CONVERGING
+    from .frame.pipeline import CONVERGING, LENS_RAYS
     from .gpu.context import device_name, headless_context
     from .picture import check_folder, check_path, write_exr, write_json, write_png
     from .renderer import Renderer
@@ -69,7 +71,7 @@ def shot(options: argparse.Namespace) -> int:
     renderer.profiler.enabled = bool(options.report)
     begin = time.perf_counter()
     frames = (
-        _batches(options.spp, TRACE_BATCH if options.view == "traced" else 1)
+        _batches(options.spp, TRACE_BATCH if options.view in LENS_RAYS else 1)
         if options.view in CONVERGING
         else [1] * options.frames
     )

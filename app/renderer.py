@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 
 from .camera import Camera
-from .frame.pipeline import CONVERGING, VIEWS, frame_plan, linear_target
+from .frame.pipeline import CONVERGING, LENS_POINTS, LENS_RAYS, VIEWS, frame_plan, linear_target
 from .frame.records import Call, FramePlan
 from .frame.targets import TARGETS
 from .gpu.frame_block import FrameInputs, frame_block
@@ -55,6 +55,7 @@ class Renderer:
         self.profiler = Profiler(ctx, timing_source)
         self.plan: FramePlan | None = None
         self._plan_key: object = None
+        self._drawn_plan: FramePlan | None = None
         self._history: object = None
         self._camera: Camera | None = None
         self._previous: Camera | None = None
@@ -73,7 +74,7 @@ class Renderer:
 
         A still camera and unchanged settings accumulate. With a time budget the traced view does as many rows as fit.
         """
-        begin, begin_cpu = time.perf_counter(), time.thread_time()
+        begin_cpu = time.thread_time()
         facts = self._begin_frame(view, camera, settings, time_budget_ms)
         plan = self._planned(view, settings, facts)
         inputs = self._inputs(view, camera, settings, plan, time_budget_ms)
@@ -82,13 +83,14 @@ class Renderer:
         self._frame_buffer.write(frame_block(inputs).tobytes())
         for name in {b for call in plan.calls for b in call.step.fills}:
             self._targets.begin_buffer(name)
-        for call in plan.calls:
+        for call in self._calls(plan):
+            slice_begin = self._clock() if call.step.sliced and time_budget_ms is not None else 0.0
             with self.profiler.scope(call.step.name):
                 self._run(call, inputs)
             self._ctx.memory_barrier()
-        if time_budget_ms is not None and view in CONVERGING:
-            self._ctx.finish()  # or the time of this slice would not be known when the next one is planned
-        self._end_frame(view, plan, inputs, (time.perf_counter() - begin) * 1e3)
+            if slice_begin:
+                self._learn_speed(inputs, self._clock() - slice_begin)
+        self._end_frame(view, plan, inputs)
         self.cpu_ms = (time.thread_time() - begin_cpu) * 1e3
         return self._targets.texture("display")
 
@@ -168,11 +170,11 @@ class Renderer:
         if key != self._history or (self.camera_moved and view in CONVERGING):
             self._history, self._frame, self._progress = key, 0, _Progress(rows_per_ms=self._progress.rows_per_ms)
             self._camera = None
-            for name in ("traced", "traced_error", "reference", "reference_error") if view in CONVERGING else ():
+            for name in CONVERGING if view in CONVERGING else ():
                 self._targets.clear(name)
         self._previous = self._camera or camera
         moved = camera != self._previous
-        unsampled = view == "traced" and time_budget_ms is not None and self._progress.samples == 0
+        unsampled = view in LENS_RAYS and time_budget_ms is not None and self._progress.samples == 0
         return frame_facts(
             self.scene.facts, camera, settings.lens, self.size[1], self.scene.near_plane, moved, unsampled
         )
@@ -199,14 +201,21 @@ class Renderer:
             seed=self.seed,
             near_plane=self.scene.near_plane,
             scene=self.scene,
-            through_lens=view == "reference",
-            rows=self._slice(settings, time_budget_ms),
+            through_lens=view in LENS_POINTS,
+            rows=self._slice(plan, settings, time_budget_ms),
             show=TARGETS[view] if view in TARGETS and view not in VIEWS else None,
         )
 
-    def _slice(self, settings: Settings, time_budget_ms: float | None) -> tuple[int, int]:
+    def _calls(self, plan: FramePlan) -> tuple[Call, ...]:
+        """What this frame runs. A continued slice starts at the sliced pass: nothing before it has changed since."""
+        calls, continued = plan.calls, self._progress.row > 0 and plan is self._drawn_plan
+        self._drawn_plan = plan
+        return calls[next(i for i, call in enumerate(calls) if call.step.sliced) :] if continued else calls
+
+    def _slice(self, plan: FramePlan, settings: Settings, time_budget_ms: float | None) -> tuple[int, int]:
+        """The rows of this frame: all, unless a pass can be sliced and there is a budget to keep."""
         height = self.size[1]
-        if time_budget_ms is None:
+        if time_budget_ms is None or not any(call.step.sliced for call in plan.calls):
             return 0, height
         rows = int(self._progress.rows_per_ms * time_budget_ms * SLICE_AIM / settings.rays.samples_per_frame)
         begin = self._progress.row
@@ -258,19 +267,24 @@ class Renderer:
             program["FrameBlock"].binding = FRAME_BINDING
             self._frame_buffer.bind_to_uniform_block(FRAME_BINDING)
 
-    def _end_frame(self, view: str, plan: FramePlan, inputs: FrameInputs, ms: float) -> None:
+    def _clock(self) -> float:
+        """Seconds, once the GPU has done all it was given."""
+        self._ctx.finish()
+        return time.perf_counter()
+
+    def _learn_speed(self, inputs: FrameInputs, seconds: float) -> None:
+        rows = (inputs.rows[1] - inputs.rows[0]) * inputs.settings.rays.samples_per_frame
+        self._progress.rows_per_ms = 0.5 * self._progress.rows_per_ms + 0.5 * rows / max(1e3 * seconds, 0.1)
+
+    def _end_frame(self, view: str, plan: FramePlan, inputs: FrameInputs) -> None:
         for target in {t for call in plan.calls for t in call.writes if TARGETS[t].history}:
             self._targets.swap(target)
         self.profiler.end_frame()
         self._camera = inputs.camera
-        begin, end = inputs.rows
-        samples = inputs.settings.rays.samples_per_frame if view == "traced" else 1
-        if view == "traced" and end - begin < self.size[1]:
-            self._progress.rows_per_ms = 0.5 * self._progress.rows_per_ms + 0.5 * (end - begin) * samples / max(ms, 0.1)
-        if end < self.size[1]:
-            self._progress.row = end
+        if inputs.rows[1] < self.size[1]:
+            self._progress.row = inputs.rows[1]
             return
         self._progress.row = 0
         self._frame += 1
         if view in CONVERGING:
-            self._progress.samples += samples
+            self._progress.samples += inputs.settings.rays.samples_per_frame if view in LENS_RAYS else 1

@@ -51,7 +51,7 @@ def framing(low: np.ndarray, high: np.ndarray) -> Viewpoint:
     """A viewpoint from the front, slightly above, that holds the box, focused on its middle."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     centre, diagonal = (low + high) / 2, max(float(np.linalg.norm(high - low)), 1e-6)
-    distance = 0.6 * diagonal / math.tan(math.radians(FRAMING_FOV_DEG / 2))
+    distance = 0.5 * diagonal / math.tan(math.radians(FRAMING_FOV_DEG / 2))
     direction = np.array([0.35, 0.25, 0.9])
     eye = centre + distance * direction / np.linalg.norm(direction)
     camera = look_at(tuple(eye), tuple(centre), fov_y_deg=FRAMING_FOV_DEG)

@@ -32,7 +32,10 @@ VIEWS = {
     "traced": "ground truth: rays distributed over the lens",
     "reference": "ground truth again, by rasterising from many lens points",
 }
-CONVERGING = ("traced", "reference")  # running means that need no temporal anti-aliasing
+# Views of running means: they start afresh when the camera moves, and need no temporal anti-aliasing.
+LENS_RAYS = TRACED[0].updates
+LENS_POINTS = REFERENCE[0].updates
+CONVERGING = (*LENS_RAYS, *LENS_POINTS)
 
 PASSES = (*RASTER, *POST, *HYBRID, *TRACED, *REFERENCE)
 

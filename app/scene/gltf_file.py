@@ -135,7 +135,10 @@ def _parse(text: bytes, path: Path) -> Json:
     try:
         document = json.loads(text.decode("utf-8-sig"), parse_constant=refuse)
     except (ValueError, RecursionError) as error:
-        raise UserError(f"{path} is not valid glTF JSON ({error}): re-export the file.") from error
+        if not text.strip():
+            raise UserError(f"{path} is empty: copy or download it again.") from error
+        what = "neither GLB nor glTF JSON" if path.suffix.lower() == ".glb" else "not valid glTF JSON"
+        raise UserError(f"{path} is {what} ({error}): re-export the file.") from error
     if not isinstance(document, dict):
         raise UserError(f"{path} is not valid glTF JSON (no object at the top): re-export the file.")
     return document

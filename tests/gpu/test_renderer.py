@@ -77,6 +77,28 @@ def test_slices_of_rows_add_up_to_whole_samples(ctx: moderngl.Context) -> None:
     np.testing.assert_array_equal(sliced, whole)
 
 
+@pytest.mark.parametrize("view", ["sharp", "post", "hybrid", "reference"])
+def test_a_time_budget_changes_nothing_where_no_pass_can_be_sliced(ctx: moderngl.Context, view: str) -> None:
+    stage = opened(ctx, "still-life")
+    pictures = []
+    for budget in (None, 1e-3):
+        renderer = untimed(ctx, stage.renderer.scene)
+        renderer.resize(SIZE)
+        for _ in range(3):
+            renderer.draw(view, stage.camera, stage.settings, time_budget_ms=budget)
+        assert renderer.converged_samples == 3
+        pictures.append(renderer.linear())
+        renderer.release()
+    np.testing.assert_array_equal(*pictures)
+
+
+def test_the_rounding_of_a_running_mean_restarts_with_it(walls: Stage) -> None:
+    renderer = walls.draw("traced_error", SIZE, spp=4)
+    renderer.draw("traced_error", walls.camera.moved(0.1, 0.0, 0.0), walls.settings)
+    assert renderer.converged_samples == 1
+    assert renderer.read("traced")[..., 3].max() == 1.0
+
+
 def test_pixels_without_a_sample_show_the_sharp_picture(ctx: moderngl.Context, walls: Stage) -> None:
     sharp = walls.draw("sharp", SIZE, settings=put(walls.settings, "temporal.antialias", False)).picture()
     renderer = untimed(ctx, walls.renderer.scene)
