@@ -131,7 +131,8 @@ def plan(options: argparse.Namespace) -> int:
     )
     print(
         f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus "
-        f"and {facts.far_coc_px:.1f} px behind it (radius)"
+        f"and {facts.far_coc_px:.1f} px behind it (radius); "
+        f"the post-process gathers up to {settings.post.max_coc * options.size[1]:.0f} px (post.max_coc)"
     )
     for call in frame.calls:
         defines = " ".join(f"{name}={value}" for name, value in call.defines if value)

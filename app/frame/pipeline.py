@@ -6,6 +6,10 @@
     traced     progressive lens rays, a running mean                                          > display
     reference  gbuffer > lighting through one lens point a frame, a running mean              > display
 
+Full resolution: gbuffer, lighting, coc, post, composite and what follows. Half: from downsample to median, and from
+mask to accumulate.
+One texel per 16x16 px: the tiles. The table in targets.py has each target's scale and meaning.
+
 Any other target's name is a view too: the plan then holds just the passes that target needs, and the viewer paints it.
 """
 
