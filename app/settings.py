@@ -125,6 +125,16 @@ class Rays:
 
 
 @dataclass(frozen=True)
+class Reconstruct:
+    spatial: bool = knob(
+        True, doc="Smooth the noise of few rays with neighbours whose blur reaches the pixel.", static=True
+    )
+    radius: float = knob(
+        0.2, 0.0, 1.0, doc="Radius over which a traced layer is gathered from its neighbours, as a part of its CoC's."
+    )
+
+
+@dataclass(frozen=True)
 class Blend:
     hit_ratio: float = knob(
         0.9, 0.01, 1.0, doc="Far field: traced colour is used below this near-hit ratio, the post-process above."
@@ -189,6 +199,7 @@ class Settings:
     post: Post = field(default_factory=Post)
     mask: Mask = field(default_factory=Mask)
     rays: Rays = field(default_factory=Rays)
+    reconstruct: Reconstruct = field(default_factory=Reconstruct)
     blend: Blend = field(default_factory=Blend)
     shading: Shading = field(default_factory=Shading)
     temporal: Temporal = field(default_factory=Temporal)

@@ -1,4 +1,4 @@
-"""Stages 5 to 9: rays where the raster image lacks what the lens sees, and the composite (Tan et al. 2020)."""
+"""Stages 5 to 10: rays where the raster image lacks what the lens sees, and the composite (Tan et al. 2020)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from .post import blurred, lens_defines
 from .raster import shading_defines
 from .records import Defines, Need, Pass
 
+RECONSTRUCT_RINGS = 3  # 49 taps: at the largest radius two texels apart
 RAYS_BEGIN_PX = 2.0  # CoC radius from which rays gain on the post-process: glsl/lib/mask.glsl
 
 
@@ -28,6 +29,15 @@ def partly_occluded(settings: Settings, facts: Facts) -> Need:
 def trace_defines(settings: Settings, facts: Facts) -> Defines:
     """The lens and the shading of ray hits."""
     return (*lens_defines(settings, facts), *shading_defines(settings, facts))
+
+
+def reconstruct_defines(settings: Settings, facts: Facts) -> Defines:
+    """The lens, and whether the pass smooths or just passes on."""
+    return (
+        *lens_defines(settings, facts),
+        ("SPATIAL", int(settings.reconstruct.spatial)),
+        ("RINGS", RECONSTRUCT_RINGS),
+    )
 
 
 ONE_GROUP = (1 << 16, 1 << 16)  # a work group that covers every picture: the pass runs once
@@ -95,7 +105,7 @@ HYBRID = (
         "rays/trace.comp",
         reads=("ray_count",),
         buffers=("RayWork",),
-        writes=("trace_near", "trace_far", "trace_motion"),
+        writes=("trace_near", "trace_far", "trace_motion", "trace_spread"),
         indirect=("RayWork", 0),
         scene=True,
         rays=True,
@@ -105,16 +115,24 @@ HYBRID = (
     Pass(
         "accumulate",
         "rays/accumulate.comp",
-        reads=("trace_near", "trace_far", "trace_motion", "ray_count", "mask"),
-        history=("near_layer", "far_layer", "layer_state"),
-        writes=("near_layer", "far_layer", "layer_state", "near_light", "far_light"),
+        reads=("trace_near", "trace_far", "trace_motion", "trace_spread", "ray_count", "mask"),
+        history=("near_layer", "far_layer", "layer_state", "layer_spread"),
+        writes=("near_layer", "far_layer", "layer_state", "layer_spread", "layer_noise", "near_light", "far_light"),
         needed=partly_occluded,
         defines=lambda s, f: (("AVERAGED", int(s.temporal.antialias)),),
     ),
     Pass(
+        "reconstruct",
+        "rays/reconstruct.comp",
+        reads=("near_light", "far_light", "layer_state", "layer_noise"),
+        writes=("near_smooth", "far_smooth"),
+        needed=partly_occluded,
+        defines=reconstruct_defines,
+    ),
+    Pass(
         "composite",
         "dof/composite.comp",
-        reads=("lit", "coc", "post", "far_blur", "mask", "near_light", "far_light", "layer_state"),
+        reads=("lit", "coc", "post", "far_blur", "mask", "near_smooth", "far_smooth", "layer_state"),
         writes=("hybrid",),
         needed=partly_occluded,
     ),

@@ -110,6 +110,7 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "layer_fade_px": settings.post.layer_fade,
         "focus_blend": settings.rays.focus_blend,
         "history_alpha": settings.rays.history,
+        "reconstruct_radius": settings.reconstruct.radius,
         "blend_hit_ratio": settings.blend.hit_ratio,
         "blend_specular": settings.blend.specular,
         "taa_alpha": settings.temporal.alpha,

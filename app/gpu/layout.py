@@ -160,6 +160,7 @@ FRAME = struct(
         "mask_sensitivity": ("float", "s of the mask's saturating response"),
         "focus_blend": ("float", "width of the near/far split, as CoC radius in px"),
         "history_alpha": ("float", "smallest blend factor of the ray accumulation"),
+        "reconstruct_radius": ("float", "radius of the layers' spatial reconstruction, of CoC"),
         "blend_hit_ratio": ("float", "far: rays count below this hit ratio"),
         "blend_specular": ("float", "near: specular luminance at which the post-process wins"),
         "taa_alpha": ("float", "blend factor of the newest frame"),

@@ -1,6 +1,6 @@
 // Lays the traced near layer over what lies behind it, and leaves everything outside the ray mask to the post-process.
 // Reads: lit (radiance), coc (px), post (radiance; a: specular luminance of its near layer), full resolution;
-//   far_blur (radiance; a: validity), mask (y: weight of rays), near_light, far_light (premultiplied; a: share of
+//   far_blur (radiance; a: validity), mask (y: weight of rays), near_smooth, far_smooth (premultiplied; a: share of
 //   light), layer_state (z: hit ratio; w: validity), half resolution.
 // Writes: hybrid (radiance), full resolution.
 // Method: poster, 2.3. Inside the mask, near + (1 - hit ratio) * behind. Behind is the sharp raster image where that
@@ -18,8 +18,8 @@ uniform sampler2D in_coc;
 uniform sampler2D in_post;
 uniform sampler2D in_far_blur;
 uniform sampler2D in_mask;
-uniform sampler2D in_near_light;
-uniform sampler2D in_far_light;
+uniform sampler2D in_near_smooth;
+uniform sampler2D in_far_smooth;
 uniform sampler2D in_layer_state;
 layout(rgba16f) uniform writeonly image2D out_hybrid;
 
@@ -41,8 +41,8 @@ Traced traced_at(vec2 half_position) {
         vec4 state = texelFetch(in_layer_state, texel, 0);
         float w = state.w * bilinear.x * bilinear.y;
         if (w == 0.0) continue;
-        sum.near += w * texelFetch(in_near_light, texel, 0);
-        sum.far += w * texelFetch(in_far_light, texel, 0);
+        sum.near += w * texelFetch(in_near_smooth, texel, 0);
+        sum.far += w * texelFetch(in_far_smooth, texel, 0);
         sum.ratio += w * state.z;
         sum.held += w;
     }

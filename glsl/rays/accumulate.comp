@@ -1,8 +1,9 @@
 // Adds this frame's rays to the near and the far layer, each fetched from where its own surfaces were last frame.
-// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), ray_count (x: rays), mask (x:
-//   response); last frame's layers.
+// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), trace_spread (premultiplied CoC
+//   and squared luminance of both layers), ray_count (x: rays), mask (x: response); last frame's layers.
 // Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near
-//   mean, y: in the far mean; z: hit ratio; w: 1 where the layers hold anything), near_light, far_light (what the
+//   mean, y: in the far mean; z: hit ratio; w: 1 where the layers hold anything), layer_spread (trace_spread,
+//   accumulated), layer_noise (x: near, y: far CoC, px; z: mean luminance; w: its variance per ray), near_light, far_light (what the
 //   composite lays: premultiplied; a: share), half resolution.
 // Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still camera
 // takes the plain mean. Both layers move by the mean screen motion of their own hits, or of their neighbours' where
@@ -11,26 +12,34 @@
 // mean of running means would count the first rays again in every frame.
 #include "shared/frame.glsl"
 #include "lib/hit_layers.glsl"
+#include "lib/color.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_trace_near;
 uniform sampler2D in_trace_far;
 uniform sampler2D in_trace_motion;
+uniform sampler2D in_trace_spread;
 uniform sampler2D in_ray_count;
 uniform sampler2D in_mask;
 uniform sampler2D prev_near_layer;
 uniform sampler2D prev_far_layer;
 uniform sampler2D prev_layer_state;
+uniform sampler2D prev_layer_spread;
 layout(rgba32f) uniform writeonly image2D out_near_layer;
 layout(rgba32f) uniform writeonly image2D out_far_layer;
 layout(rgba32f) uniform writeonly image2D out_layer_state;
+layout(rgba32f) uniform writeonly image2D out_layer_spread;
+layout(rgba32f) uniform writeonly image2D out_layer_noise;
 layout(rgba16f) uniform writeonly image2D out_near_light;
 layout(rgba16f) uniform writeonly image2D out_far_light;
 
 struct Mean {
     vec4 layer;
-    float rays;  // 0: nothing to go on
+    vec2 spread;  // premultiplied: CoC, px; squared luminance
+    float rays;   // 0: nothing to go on
 };
+
+const Mean NOTHING = Mean(vec4(0.0), vec2(0.0), 0.0);
 
 // This frame's rays around a pixel.
 struct Around {
@@ -43,10 +52,11 @@ struct Around {
 // `field`: 0 near, 1 far.
 Mean earlier(sampler2D layer, int field, vec2 position) {
     ivec2 size = textureSize(layer, 0);
-    if (any(lessThan(position, vec2(0.0))) || any(greaterThan(position, vec2(size)))) return Mean(vec4(0.0), 0.0);
+    if (any(lessThan(position, vec2(0.0))) || any(greaterThan(position, vec2(size)))) return NOTHING;
     ivec2 corner = ivec2(floor(position - 0.5));
     vec2 f = position - 0.5 - vec2(corner);
     vec4 sum = vec4(0.0);
+    vec2 spread = vec2(0.0);
     float rays = 0.0, weight = 0.0;
     for (int i = 0; i < 4; i++) {
         ivec2 step = ivec2(i & 1, i >> 1), texel = clamp(corner + step, ivec2(0), size - 1);
@@ -54,10 +64,13 @@ Mean earlier(sampler2D layer, int field, vec2 position) {
         vec2 bilinear = mix(1.0 - f, f, vec2(step));
         float w = held > 0.0 ? bilinear.x * bilinear.y : 0.0;
         sum += w * texelFetch(layer, texel, 0);
+        vec4 spreads = texelFetch(prev_layer_spread, texel, 0);
+        spread += w * (field == 0 ? spreads.xy : spreads.zw);
         rays += w * held;
         weight += w;
     }
-    return weight > 0.0 ? Mean(sum / weight, rays / weight) : Mean(vec4(0.0), 0.0);
+    if (weight == 0.0) return NOTHING;
+    return Mean(sum / weight, spread / weight, rays / weight);
 }
 
 Around look_around(ivec2 p) {
@@ -81,11 +94,19 @@ Around look_around(ivec2 p) {
     return Around(motion, hits.x / max(hits.y, 1.0), hits.y);
 }
 
-void add(inout Mean mean, vec4 newest, float rays, float floor_weight) {
+void add(inout Mean mean, vec4 newest, vec2 spread, float rays, float floor_weight) {
     float weight = newest_weight(rays, mean.rays, floor_weight);
     if (weight == 0.0) return;
     mean.layer = mix(mean.layer, newest, weight);
+    mean.spread = mix(mean.spread, spread, weight);
     mean.rays = rays / weight;
+}
+
+// What the accumulated rays say of their CoC and of their noise.
+vec4 noise_of(Mean near, Mean far) {
+    float mean = luminance(near.layer.rgb + far.layer.rgb);
+    float variance = max(near.spread.y + far.spread.y - mean * mean, 0.0);
+    return vec4(near.spread.x / max(near.layer.a, 1e-6), far.spread.x / max(far.layer.a, 1e-6), mean, variance);
 }
 
 // Scales a layer's accumulated light to the share it is composed with.
@@ -96,7 +117,7 @@ vec4 composed(vec4 layer, float share) {
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, imageSize(out_near_layer)))) return;
-    Mean near = Mean(vec4(0.0), 0.0), far = near;
+    Mean near = NOTHING, far = NOTHING;
     vec4 near_light = vec4(0.0), far_light = vec4(0.0);
     float ratio = 0.0;
     if (texelFetch(in_mask, p, 0).x > 0.0) {
@@ -107,14 +128,15 @@ void main() {
             far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw);
         }
         float rays = texelFetch(in_ray_count, p, 0).x;
-        vec4 near_now = vec4(0.0), far_now = vec4(0.0);
+        vec4 near_now = vec4(0.0), far_now = vec4(0.0), spread_now = vec4(0.0);
         if (rays > 0.0) {
             near_now = texelFetch(in_trace_near, p, 0);
             far_now = texelFetch(in_trace_far, p, 0);
+            spread_now = texelFetch(in_trace_spread, p, 0);
         }
         float floor_weight = moved ? frame.history_alpha : 0.0;
-        add(near, near_now, rays, floor_weight);
-        add(far, far_now, rays, floor_weight);
+        add(near, near_now, spread_now.xy, rays, floor_weight);
+        add(far, far_now, spread_now.zw, rays, floor_weight);
         ratio = near.layer.a;  // it moved with the edge; what the far layer had left open did not
         if (moved) ratio = trusted_ratio(ratio, around.ratio, around.rays);
         bool own_rays = AVERAGED == 1 && !moved && rays > 0.0;
@@ -124,6 +146,8 @@ void main() {
     imageStore(out_near_layer, p, near.layer);
     imageStore(out_far_layer, p, far.layer);
     imageStore(out_layer_state, p, vec4(near.rays, far.rays, ratio, float(min(near.rays, far.rays) > 0.0)));
+    imageStore(out_layer_spread, p, vec4(near.spread, far.spread));
+    imageStore(out_layer_noise, p, noise_of(near, far));
     imageStore(out_near_light, p, near_light);
     imageStore(out_far_light, p, far_light);
 }

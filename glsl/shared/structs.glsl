@@ -77,16 +77,17 @@ struct Frame {  // 576 bytes
     float mask_sensitivity;  // @516  s of the mask's saturating response
     float focus_blend;  // @520  width of the near/far split, as CoC radius in px
     float history_alpha;  // @524  smallest blend factor of the ray accumulation
-    float blend_hit_ratio;  // @528  far: rays count below this hit ratio
-    float blend_specular;  // @532  near: specular luminance at which the post-process wins
-    float taa_alpha;  // @536  blend factor of the newest frame
-    uint camera_moved;  // @540  1 if the view changed since last frame
-    uint history_valid;  // @544  0 right after a reset
-    float mask_threshold;  // @548  mask responses below get no rays
-    float mask_smoothing;  // @552  standard deviation of the mask's Gaussian, half-res px
-    float layer_fade_px;  // @556  post-process: CoC difference over which a sample passes from fore- to background
-    float overlay_range_lo;  // @560  value shown as the colour map's start
-    float overlay_range_hi;  // @564  value shown as its end
+    float reconstruct_radius;  // @528  radius of the layers' spatial reconstruction, of CoC
+    float blend_hit_ratio;  // @532  far: rays count below this hit ratio
+    float blend_specular;  // @536  near: specular luminance at which the post-process wins
+    float taa_alpha;  // @540  blend factor of the newest frame
+    uint camera_moved;  // @544  1 if the view changed since last frame
+    uint history_valid;  // @548  0 right after a reset
+    float mask_threshold;  // @552  mask responses below get no rays
+    float mask_smoothing;  // @556  standard deviation of the mask's Gaussian, half-res px
+    float layer_fade_px;  // @560  post-process: CoC difference over which a sample passes from fore- to background
+    float overlay_range_lo;  // @564  value shown as the colour map's start
+    float overlay_range_hi;  // @568  value shown as its end
 };
 
 struct BvhNode {  // 64 bytes

@@ -81,6 +81,8 @@ class HybridRig:
             "max_rays": s.rays.max_per_pixel,
             "focus_blend": s.rays.focus_blend,
             "history_alpha": s.rays.history,
+            "reconstruct_radius": s.reconstruct.radius,
+            "lens_anamorphic": s.lens.anamorphic,
             "blend_hit_ratio": s.blend.hit_ratio,
             "blend_specular": s.blend.specular,
         }
@@ -99,7 +101,8 @@ class HybridRig:
         textures |= {f"prev_{t}": self.targets.texture(t, previous=True) for t in step.history}
         for unit, (name, texture) in enumerate(textures.items()):
             texture.use(unit)
-            compiled.program[name] = unit
+            if name in compiled.active:
+                compiled.program[name] = unit
         for image, target in enumerate(step.writes):
             self.targets.texture(target).bind_to_image(image, read=False, write=True)
             compiled.program[f"out_{target}"] = image

@@ -1,4 +1,4 @@
-"""The hybrid's arithmetic in float64: the twin of glsl/lib/mask.glsl and hit_layers.glsl, and of mask passes.
+"""The hybrid's arithmetic in float64: the twin of glsl/lib/{mask,hit_layers,reconstruct}.glsl, and of mask passes.
 
 Nothing here runs when a picture is drawn: it says what the shaders must compute, so that tests can hold them to it.
 """
@@ -17,6 +17,8 @@ REACH_MARGIN_HALF = 1.0  # half-res px
 RIM = 0.25
 RAYS_BEGIN_PX, RAYS_END_PX = 2.0, 4.0
 HALF_RES_COC_PX = 2.0
+MOST_GATHER_HALF = 6.0  # half-res px
+PRIOR_RAYS = 8.0
 
 _SMOOTHING = np.array([1.0, 4.0, 6.0, 4.0, 1.0])
 _DERIVATIVE = np.array([-1.0, -2.0, 0.0, 2.0, 1.0])
@@ -93,6 +95,33 @@ def trusted_ratio(accumulated: ArrayLike, latest: ArrayLike, rays: ArrayLike) ->
     q = (np.asarray(latest, np.float64) * np.asarray(rays) + 1.0) / n
     margin = 2.0 * np.sqrt(q * (1.0 - q) / n)
     return np.clip(np.asarray(accumulated, np.float64), np.maximum(q - margin, 0.0), np.minimum(q + margin, 1.0))
+
+
+def gather_radius_half(coc: ArrayLike, share: ArrayLike) -> Array:
+    """Radius [half-res px] over which a layer of CoC radius `coc` [full-res px] is gathered."""
+    return np.asarray(np.minimum(0.5 * np.asarray(share) * np.abs(coc), MOST_GATHER_HALF))
+
+
+def reach_weight(coc: ArrayLike, distance: ArrayLike) -> Array:
+    """Weight of a sample of CoC radius `coc` at `distance` [full-res px] (poster, 2.2)."""
+    return np.asarray(np.clip(0.5 * (np.abs(coc) - np.asarray(distance, np.float64)) + 0.5, 0.0, 1.0))
+
+
+def ray_variance(own: ArrayLike, rays: ArrayLike, pooled: ArrayLike) -> Array:
+    """Variance per ray from a pixel's own rays (about their mean) and from its neighbourhood's, worth PRIOR_RAYS."""
+    rays = np.asarray(rays, np.float64)
+    return np.asarray((PRIOR_RAYS * np.asarray(pooled) + rays * np.asarray(own)) / (PRIOR_RAYS + rays - 1.0))
+
+
+def signal_variance(spread: ArrayLike, noise: ArrayLike) -> Array:
+    """Variance of the true means, from the spread of the estimated ones less their noise."""
+    return np.maximum(np.asarray(spread, np.float64) - noise, 0.0)
+
+
+def neighbour_share(noise: ArrayLike, signal: ArrayLike) -> Array:
+    """Part of a pixel's value taken from its neighbours: local Wiener filter (Lee 1980)."""
+    noise = np.asarray(noise, np.float64)
+    return np.where(noise > 0.0, noise / np.maximum(noise + signal, 1e-300), 0.0)
 
 
 def mask_gradient(normal: Array, coc: Array, smoothing_px: float) -> Array:

@@ -1,4 +1,4 @@
-"""glsl/lib/mask.glsl and glsl/lib/hit_layers.glsl against their float64 twins."""
+"""glsl/lib/{mask,hit_layers,reconstruct}.glsl against their float64 twins."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ COC = RNG.uniform(-60.0, 20.0, N)
 ROUNDING = 2e-6  # a few float32 operations on values near 1
 
 OF_MASK = ("mask_response", "edge_reach_half", "planned_rays")
+OF_RECONSTRUCT = ("gather_radius_half", "reach_weight", "ray_variance", "signal_variance", "neighbour_share")
+FILES = {"lib/mask.glsl": OF_MASK, "lib/reconstruct.glsl": OF_RECONSTRUCT}  # the rest: lib/hit_layers.glsl
 
 CASES = {
     "float mask_response(float a, float b)": (
@@ -44,13 +46,22 @@ CASES = {
         0.05,
     ),
     "float trusted_ratio(float a, float b, float c)": (twin.trusted_ratio, UNIT, RNG.random(N), RNG.integers(0, 64, N)),
+    "float gather_radius_half(float a, float b)": (twin.gather_radius_half, COC, UNIT),
+    "float reach_weight(float a, float b)": (twin.reach_weight, 0.1 * COC, RNG.uniform(0.0, 12.0, N)),
+    "float ray_variance(float a, float b, float c)": (twin.ray_variance, UNIT, RNG.integers(1, 500, N), RNG.random(N)),
+    "float signal_variance(float a, float b)": (twin.signal_variance, UNIT, RNG.random(N)),
+    "float neighbour_share(float a, float b)": (
+        twin.neighbour_share,
+        np.where(UNIT < 0.1, 0.0, UNIT),
+        np.where(RNG.random(N) < 0.1, 0.0, RNG.random(N)),
+    ),
 }
 
 
 @pytest.mark.parametrize("signature", CASES)
 def test_shader_functions_agree_with_their_twins(ctx: moderngl.Context, signature: str) -> None:
     function, *arguments = CASES[signature]
-    include = "lib/mask.glsl" if any(name in signature for name in OF_MASK) else "lib/hit_layers.glsl"
+    include = next((file for file, names in FILES.items() if any(n in signature for n in names)), "lib/hit_layers.glsl")
     got = call_glsl(ctx, include, signature, *arguments)
     exact = function(*[np.asarray(a, np.float32).astype(np.float64) if np.ndim(a) else a for a in arguments])
     np.testing.assert_allclose(got, exact, rtol=ROUNDING, atol=ROUNDING)

@@ -154,8 +154,8 @@ def give_picture(
         "post": np.concatenate([RNG.random((H, W, 3)), np.zeros((H, W, 1))], -1),
         "far_blur": np.concatenate([RNG.random((*HALF, 3)), np.ones((*HALF, 1))], -1),
         "mask": np.stack([share * 0 + float(feather > 0.0), share * 0 + feather], -1),
-        "near_light": layer(0.25, share),
-        "far_light": layer(0.75, 1.0 - share),
+        "near_smooth": layer(0.25, share),
+        "far_smooth": layer(0.75, 1.0 - share),
         "layer_state": np.broadcast_to(np.array([4.0, 4.0, ratio, 1.0]), (*HALF, 4)),
         **changed,
     }
@@ -211,7 +211,7 @@ def test_one_colour_everywhere_stays_that_colour(ctx: moderngl.Context) -> None:
     flat[..., 3] = RNG.uniform(0.0, 10.0, (H, W))
     far = np.full((*HALF, 4), 0.5)
     far[..., 3] = RNG.random(HALF)
-    layers = {"near_light": layer(0.5, ratio), "far_light": layer(0.5, 1.0 - ratio)}
+    layers = {"near_smooth": layer(0.5, ratio), "far_smooth": layer(0.5, 1.0 - ratio)}
     held = np.stack([ratio * 0 + 4.0, ratio * 0 + 4.0, ratio, np.rint(RNG.random(HALF))], -1)
     mask = np.stack([np.ones(HALF), RNG.random(HALF)], -1)
     with HybridRig(ctx, (W, H)) as rig:
