@@ -3,7 +3,8 @@
 //   and squared luminance of both layers), ray_count (x: rays), mask (x: response); last frame's layers.
 // Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near
 //   mean, y: in the far mean; z: hit ratio; w: 1 where the layers hold anything), layer_spread (trace_spread,
-//   accumulated), layer_noise (x: near, y: far CoC, px; z: mean luminance; w: its variance per ray), near_light, far_light (what the
+//   accumulated), layer_noise (x: near, y: far CoC, px; z: mean premultiplied luminance of near;
+//   w: its variance per ray), far_noise (x, y: the same of far), near_light, far_light (what the
 //   composite lays: premultiplied; a: share), half resolution.
 // Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still camera
 // takes the plain mean. Both layers move by the mean screen motion of their own hits, or of their neighbours' where
@@ -30,6 +31,7 @@ layout(rgba32f) uniform writeonly image2D out_far_layer;
 layout(rgba32f) uniform writeonly image2D out_layer_state;
 layout(rgba32f) uniform writeonly image2D out_layer_spread;
 layout(rgba32f) uniform writeonly image2D out_layer_noise;
+layout(rg32f) uniform writeonly image2D out_far_noise;
 layout(rgba16f) uniform writeonly image2D out_near_light;
 layout(rgba16f) uniform writeonly image2D out_far_light;
 
@@ -102,11 +104,15 @@ void add(inout Mean mean, vec4 newest, vec2 spread, float rays, float floor_weig
     mean.rays = rays / weight;
 }
 
-// What the accumulated rays say of their CoC and of their noise.
+// Mean of a layer's premultiplied luminance, and its variance per ray.
+vec2 light_of(Mean mean) {
+    float light = luminance(mean.layer.rgb);
+    return vec2(light, max(mean.spread.y - light * light, 0.0));
+}
+
+// What the accumulated rays say of their CoC and of the near layer's noise.
 vec4 noise_of(Mean near, Mean far) {
-    float mean = luminance(near.layer.rgb + far.layer.rgb);
-    float variance = max(near.spread.y + far.spread.y - mean * mean, 0.0);
-    return vec4(near.spread.x / max(near.layer.a, 1e-6), far.spread.x / max(far.layer.a, 1e-6), mean, variance);
+    return vec4(near.spread.x / max(near.layer.a, 1e-6), far.spread.x / max(far.layer.a, 1e-6), light_of(near));
 }
 
 // Scales a layer's accumulated light to the share it is composed with.
@@ -148,6 +154,7 @@ void main() {
     imageStore(out_layer_state, p, vec4(near.rays, far.rays, ratio, float(min(near.rays, far.rays) > 0.0)));
     imageStore(out_layer_spread, p, vec4(near.spread, far.spread));
     imageStore(out_layer_noise, p, noise_of(near, far));
+    imageStore(out_far_noise, p, vec4(light_of(far), 0.0, 0.0));
     imageStore(out_near_light, p, near_light);
     imageStore(out_far_light, p, far_light);
 }

@@ -1,6 +1,7 @@
 // Smooths the noise of few rays: each traced layer is gathered from neighbours whose blur reaches the pixel.
 // Reads: near_light, far_light (premultiplied; a: share of light), layer_state (x, y: rays; z: hit ratio; w: validity),
-//   layer_noise (x: near, y: far CoC, px; z: mean luminance; w: its variance per ray), half resolution.
+//   layer_noise (x: near, y: far CoC, px; z: mean premultiplied luminance of near; w: its variance per ray),
+//   far_noise (x: mean premultiplied luminance of far; y: its variance per ray), half resolution.
 // Writes: near_smooth, far_smooth (as near_light and far_light), half resolution.
 // Method: poster, 2.2: a circular gather scaled by CoC, here one radius a layer, so that what is in focus behind blur
 // stays sharp. Samples whose CoC is smaller than their distance are rejected. The accumulated variance, pooled over the
@@ -15,6 +16,7 @@ uniform sampler2D in_near_light;
 uniform sampler2D in_far_light;
 uniform sampler2D in_layer_state;
 uniform sampler2D in_layer_noise;
+uniform sampler2D in_far_noise;
 layout(rgba16f) uniform writeonly image2D out_near_smooth;
 layout(rgba16f) uniform writeonly image2D out_far_smooth;
 
@@ -31,7 +33,7 @@ struct Gather {
     vec4 near, far;
     float near_weight, far_weight;  // of the rays behind them
     float rays, pixels, freedom;    // what the statistics rest on; freedom: rays less one a pixel
-    float mean, square, within;     // luminance
+    vec3 mean, square, within;      // premultiplied luminance of near, of far; hit ratio
 };
 
 float rays_of(vec4 state) {
@@ -70,13 +72,15 @@ void gather_tap(inout Gather sum, ivec2 texel, float distance, vec2 radius) {
     sum.pixels += weight;
     sum.rays += weight * rays;
     sum.freedom += weight * (rays - 1.0);
-    sum.mean += weight * rays * noise.z;
-    sum.square += weight * rays * noise.z * noise.z;
-    sum.within += weight * rays * noise.w;
+    vec2 far_noise = texelFetch(in_far_noise, texel, 0).xy;
+    vec3 value = vec3(noise.z, far_noise.x, state.z);
+    sum.mean += weight * rays * value;
+    sum.square += weight * rays * value * value;
+    sum.within += weight * rays * vec3(noise.w, far_noise.y, state.z * (1.0 - state.z));
 }
 
 Gather gather(ivec2 p, ivec2 last, vec2 radius) {
-    Gather sum = Gather(vec4(0.0), vec4(0.0), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    Gather sum = Gather(vec4(0.0), vec4(0.0), 0.0, 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0), vec3(0.0));
     float reach = max(radius.x, radius.y);
     int rings = ring_count(reach, RINGS), taps = kernel_taps(rings);
     for (int i = 0; i < taps; i++) {
@@ -87,12 +91,19 @@ Gather gather(ivec2 p, ivec2 last, vec2 radius) {
     return sum;
 }
 
-// How much to take from the neighbours of a pixel whose `rays` rays vary by `variance`.
-float smoothing(Gather sum, float rays, float variance) {
-    float pooled = sum.within / max(sum.freedom, 1.0), mean = sum.mean / sum.rays;
-    float spread = max(sum.square / sum.rays - mean * mean, 0.0);
-    return neighbour_share(ray_variance(variance, rays, pooled) / rays,
-                           signal_variance(spread, pooled * sum.pixels / sum.rays));
+// How much of the near and of the far layer to take from the neighbours of a pixel whose `rays` rays vary by `variance`.
+// Each layer counts with its own light and with the share that it leaves the other, so that an edge in one does not
+// keep the other from being smoothed.
+vec2 smoothing(Gather sum, float rays, vec3 variance) {
+    vec3 pooled = sum.within / max(sum.freedom, 1.0), mean = sum.mean / sum.rays, noise, signal;
+    for (int i = 0; i < 3; i++) {
+        float spread = sum.square[i] / sum.rays - mean[i] * mean[i];
+        noise[i] = ray_variance(variance[i], rays, pooled[i]) / rays;
+        signal[i] = signal_variance(spread, pooled[i] * sum.pixels / sum.rays);
+    }
+    float light = (mean.x + mean.y) * (mean.x + mean.y);
+    return vec2(neighbour_share(noise.x + light * noise.z, signal.x + light * signal.z),
+                neighbour_share(noise.y + light * noise.z, signal.y + light * signal.z));
 }
 
 void main() {
@@ -109,9 +120,11 @@ void main() {
         vec2 radius = vec2(gather_radius_half(near_coc, frame.reconstruct_radius),
                            gather_radius_half(far_coc, frame.reconstruct_radius));
         Gather sum = gather(p, last, radius);
-        float share = smoothing(sum, rays_of(state), noise.w);
-        near = mix(near, sum.near / sum.near_weight, share);
-        far = mix(far, sum.far / sum.far_weight, share);
+        float ratio_variance = state.z * (1.0 - state.z);
+        vec3 variance = vec3(noise.w, texelFetch(in_far_noise, p, 0).y, ratio_variance);
+        vec2 share = smoothing(sum, rays_of(state), variance);
+        near = mix(near, sum.near / sum.near_weight, share.x);
+        far = mix(far, sum.far / sum.far_weight, share.y);
         // The layers cover the pixel together: the far one fills what the near one leaves open.
         if (far.a < FEWEST_SHARE) far = around.far;
         if (far.a < FEWEST_SHARE) near /= max(near.a, FEWEST_SHARE);
