@@ -116,14 +116,13 @@ def plan(options: argparse.Namespace) -> int:
     """Say what would run, what would not, and why. Needs no GPU."""
     from .frame.pipeline import frame_plan
     from .scene.facts import frame_facts, near_plane, scene_facts
-    from .session import open_scene, scene_bounds
+    from .scene.flatten import bounds
+    from .session import open_scene
 
     scene, triangles = open_scene(options.scene, _progress)
-    bounds = scene_bounds(triangles)
-    viewpoint, settings = _viewpoint(options, scene, bounds, given_settings(options))
-    facts = frame_facts(
-        scene_facts(scene, *bounds), viewpoint.camera, settings.lens, options.size[1], near_plane(*bounds)
-    )
+    box = bounds(triangles)
+    viewpoint, settings = _viewpoint(options, scene, box, given_settings(options))
+    facts = frame_facts(scene_facts(scene, *box), viewpoint.camera, settings.lens, options.size[1], near_plane(*box))
     frame = frame_plan(options.view, settings, facts)
     print(
         f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: "
@@ -146,11 +145,12 @@ def info(options: argparse.Namespace) -> int:
     """Say what loading saw, changed and dropped, and what the scene costs in memory."""
     from .bvh.cache import load_or_build
     from .gpu.layout import VERTEX
-    from .session import open_scene, scene_bounds
+    from .scene.flatten import bounds
+    from .session import open_scene
 
     scene, triangles = open_scene(options.scene, _progress)
     report = scene.report
-    low, high = scene_bounds(triangles)
+    low, high = bounds(triangles)
     begin = time.perf_counter()
     bvh, cache_notes = load_or_build(triangles.positions, triangles.indices, _progress)
     bvh_seconds = time.perf_counter() - begin

@@ -63,7 +63,7 @@ class Renderer:
         self._progress = _Progress()
         self.progress_callback: Callable[[str, float], None] | None = None
         self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
-        self.camera_moved = False
+        self.camera_moved = False  # in the last frame, since the one before it
 
     # -- what users call -----------------------------------------------------------------------------------------------
 
@@ -166,17 +166,17 @@ class Renderer:
 
     def _begin_frame(self, view: str, camera: Camera, settings: Settings, time_budget_ms: float | None) -> Facts:
         key = (view, history_key(settings), self.size, id(self.scene))
-        self.camera_moved = self._camera is not None and camera != self._camera
-        if key != self._history or (self.camera_moved and view in CONVERGING):
+        moved = self._camera not in (None, camera)
+        if key != self._history or (moved and view in CONVERGING):
             self._history, self._frame, self._progress = key, 0, _Progress(rows_per_ms=self._progress.rows_per_ms)
             self._camera = None
             for name in CONVERGING if view in CONVERGING else ():
                 self._targets.clear(name)
         self._previous = self._camera or camera
-        moved = camera != self._previous
+        self.camera_moved = camera != self._previous
         unsampled = view in LENS_RAYS and time_budget_ms is not None and self._progress.samples == 0
         return frame_facts(
-            self.scene.facts, camera, settings.lens, self.size[1], self.scene.near_plane, moved, unsampled
+            self.scene.facts, camera, settings.lens, self.size[1], self.scene.near_plane, self.camera_moved, unsampled
         )
 
     def _planned(self, view: str, settings: Settings, facts: Facts) -> FramePlan:

@@ -71,10 +71,3 @@ def in_lens_range(name: str, value: float) -> float:
     """A lens setting brought into its range: what a scene of any size suggests must survive being saved and read."""
     allowed = Lens.__dataclass_fields__[name].metadata
     return min(max(value, allowed["low"]), allowed["high"])
-
-
-def scene_bounds(triangles: Triangles) -> tuple[np.ndarray, np.ndarray]:
-    """World bounds (low, high) [m] of baked triangles; both zero for none."""
-    if not len(triangles.positions):
-        return np.zeros(3), np.zeros(3)
-    return triangles.positions.min(0).astype(float), triangles.positions.max(0).astype(float)

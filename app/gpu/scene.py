@@ -13,6 +13,7 @@ from ..bvh.build import Bvh
 from ..bvh.pack import pack_triangle_positions, pack_triangles
 from ..errors import UserError
 from ..scene.facts import SceneFacts, near_plane, scene_facts
+from ..scene.flatten import bounds
 from ..scene.model import Environment, Light, Scene, Triangles
 from .arrays import draw_order, oriented, pack_lights, pack_materials, pack_vertices
 from .shadow import ShadowMap
@@ -47,8 +48,7 @@ class GpuScene:
     ) -> None:
         self._ctx, self._bvh_loader = ctx, bvh_loader
         self._triangles = triangles = oriented(triangles)
-        low, high = triangles.positions.min(0), triangles.positions.max(0)
-        self.facts: SceneFacts = scene_facts(scene, low.astype(np.float64), high.astype(np.float64))
+        self.facts: SceneFacts = scene_facts(scene, *bounds(triangles))
         self.near_plane = near_plane(self.facts.low, self.facts.high)
         self.triangle_count = len(triangles.indices)
         masked = np.array([m.alpha_cutoff is not None for m in scene.materials])

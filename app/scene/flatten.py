@@ -31,12 +31,11 @@ def flatten(scene: Scene) -> Triangles:
     )
 
 
-def bounds(scene: Scene) -> tuple[F64, F64]:
-    """(lowest, highest) corner of the world-space box around all instances, m; both zero for an empty scene."""
-    corners = [_positions(scene.meshes[i.mesh], i) for i in scene.instances if len(scene.meshes[i.mesh].positions)]
-    if not corners:
+def bounds(triangles: Triangles) -> tuple[F64, F64]:
+    """(lowest, highest) corner of the world-space box around all vertices, m; both zero for none."""
+    if not len(triangles.positions):
         return np.zeros(3), np.zeros(3)
-    return np.min([p.min(axis=0) for p in corners], axis=0), np.max([p.max(axis=0) for p in corners], axis=0)
+    return triangles.positions.min(axis=0).astype(np.float64), triangles.positions.max(axis=0).astype(np.float64)
 
 
 def _positions(mesh: Mesh, instance: Instance) -> F64:

@@ -170,17 +170,17 @@ def test_bounds_enclose_exactly_the_flattened_vertices(transform: np.ndarray) ->
     positions, _, _, triangles = ball(8, 4)
     mesh, _ = mesh_of(RawMesh(positions, triangles, 0))
     scene = scene_of(mesh, transform, np.eye(4))
-    low, high = bounds(scene)
-    flat = flatten(scene).positions
-    assert np.allclose(flat.min(axis=0), low, atol=1e-5)
-    assert np.allclose(flat.max(axis=0), high, atol=1e-5)
+    low, high = bounds(flatten(scene))
+    placed = np.concatenate([mesh.positions @ m[:3, :3].T + m[:3, 3] for m in (transform, np.eye(4))])
+    assert np.allclose(placed.min(axis=0), low, atol=1e-5)
+    assert np.allclose(placed.max(axis=0), high, atol=1e-5)
 
 
 def test_empty_scene_flattens_to_nothing() -> None:
     flat = flatten(Scene((), (), ()))
     assert flat.positions.shape == (0, 3)
     assert flat.indices.shape == (0, 3)
-    assert np.array_equal(bounds(Scene((), (), ())), np.zeros((2, 3)))
+    assert np.array_equal(bounds(flat), np.zeros((2, 3)))
 
 
 @pytest.mark.parametrize(
