@@ -141,7 +141,7 @@ HYBRID = (
     Pass(
         "composite",
         "dof/composite.comp",
-        reads=("lit", "coc", "post", "far_blur", "mask", "near_smooth", "far_smooth", "layer_state"),
+        reads=("coc", "post", "post_behind", "far_blur", "mask", "near_smooth", "far_smooth", "layer_state"),
         writes=("hybrid",),
         needed=partly_occluded,
     ),

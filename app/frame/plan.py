@@ -21,12 +21,13 @@ def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) 
     cannot run.
     """
     needs = {p.name: p.needed(settings, facts) for p in passes}
-    producers = {t: p for p in passes if needs[p.name].runs for t in (*p.outputs(settings, facts), *p.fills)}
+    producers = {t: p for p in passes if needs[p.name].runs for t in (*p.outputs(settings, facts), *p.offers, *p.fills)}
     if output not in producers:
         raise UserError(
             f"nothing writes the target {output!r} here: {_why_not(passes, output, settings, facts, needs)}"
         )
     live = _reachable(output, producers)
+    read = {output, *(t for p in passes if p.name in live for t in (*(split_read(r)[1] for r in p.reads), *p.history))}
     written: set[str] = set()
     calls, skipped = [], []
     for step in passes:
@@ -38,10 +39,10 @@ def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) 
         reads = tuple(split_read(r) for r in (*step.reads, *present))
         if missing := {*(t for _, t in reads), *step.buffers} - written:
             raise PlanError(f"{step.name} runs before anything wrote {sorted(missing)}")
-        writes = step.outputs(settings, facts)
+        writes = (*step.outputs(settings, facts), *(t for t in step.offers if t in read))
         written |= {*writes, *step.fills}
         has = tuple((f"HAS_{split_read(r)[0].upper()}", int(r in present)) for r in step.optional)
-        has += tuple((f"HAS_{t.upper()}", int(t in writes)) for t, _ in step.writes_if)
+        has += tuple((f"HAS_{t.upper()}", int(t in writes)) for t in (*(t for t, _ in step.writes_if), *step.offers))
         calls.append(
             Call(step, reads, writes, tuple(sorted({*step.defines(settings, facts), *has})), needs[step.name].reason)
         )
@@ -67,7 +68,7 @@ def _reachable(output: str, producers: dict[str, Pass]) -> set[str]:
 
 def _why_not(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts, needs: dict[str, Need]) -> str:
     for step in passes:
-        if output in (*step.writes, *step.updates):
+        if output in (*step.writes, *step.updates, *step.offers):
             return needs[step.name].reason
         if output in {t for t, _ in step.writes_if}:
             return "this scene has none"

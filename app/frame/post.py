@@ -102,6 +102,7 @@ POST = (
         reads=("lit", "coc", "near_blur", "far_blur", "prefiltered", "tiles_dilated"),
         optional=("near_specular",),
         writes=("post",),
+        offers=("post_behind",),
         needed=blurred,
         defines=layer_defines,
     ),

@@ -93,6 +93,7 @@ class Pass:
     needed: Callable[[Settings, Facts], Need] = always
     defines: Callable[[Settings, Facts], Defines] = no_defines
     writes_if: tuple[tuple[str, Callable[[Settings, Facts], bool]], ...] = ()  # outputs that exist only for some scenes
+    offers: tuple[str, ...] = ()  # outputs written only if a pass that runs reads them; the shader sees HAS_<TARGET>
 
     def outputs(self, settings: Settings, facts: Facts) -> tuple[str, ...]:
         """What it writes for this scene: `writes`, the `writes_if` that apply, and `updates` (textures only)."""

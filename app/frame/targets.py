@@ -33,6 +33,7 @@ TARGETS: dict[str, Target] = {
         Target("near_blur", 4, "f2", "near_gather after the median", 2),
         Target("far_blur", 4, "f2", "far_gather after the median", 2),
         Target("post", 4, "f2", "the post-processed picture, radiance; a: specular luminance of its near layer"),
+        Target("post_behind", 4, "f2", "what the post-process shows behind its near layer, radiance; a: 1 where anything was seen"),
         # hybrid
         Target("mask_edges", 2, "f2", "x: mask response of an edge, 0..1; y: how far its near blur reaches, half-res px", 2, filter="nearest", show="scalar"),
         Target("mask_tiles", 1, "f4", "largest reach of an edge in the tile, half-res px", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),

@@ -13,9 +13,9 @@
 #include "lib/splat.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-uniform sampler2D in_lit;
 uniform sampler2D in_coc;
 uniform sampler2D in_post;
+uniform sampler2D in_post_behind;
 uniform sampler2D in_far_blur;
 uniform sampler2D in_mask;
 uniform sampler2D in_near_smooth;
@@ -66,9 +66,9 @@ void main() {
     vec4 post_far = textureLod(in_far_blur, uv, 0.0);
     float open = 1.0 - traced.near.a;
     float filtered = post_far_share(traced.ratio, frame.blend_hit_ratio) * post_far.a;
-    float rasterised = sharp_share(texelFetch(in_coc, pixel, 0).r, IN_FOCUS_COC_PX, frame.focus_blend);
+    float rasterised = raster_share(texelFetch(in_coc, pixel, 0).r, IN_FOCUS_COC_PX, frame.focus_blend);
     vec3 behind = mix(traced.far.rgb, open * post_far.rgb, filtered);
-    behind = mix(behind, open * finite_radiance(texelFetch(in_lit, pixel, 0)).rgb, rasterised);
+    behind = mix(behind, open * texelFetch(in_post_behind, pixel, 0).rgb, rasterised);
     float rays = feather * (1.0 - post_near_share(post.a, frame.blend_specular));
     imageStore(out_hybrid, pixel, vec4(mix(post.rgb, traced.near.rgb + behind, rays), 1.0));
 }

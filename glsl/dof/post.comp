@@ -2,7 +2,8 @@
 // over both.
 // Reads: lit (radiance), coc (px), full resolution; near_blur (premultiplied; a: coverage), far_blur (radiance; a:
 // validity), prefiltered (a: CoC, px), near_specular (luminance, lit scenes only), half resolution; tiles_dilated (px).
-// Writes: post (radiance; a: specular luminance of the near layer, premultiplied), full resolution.
+// Writes: post (radiance; a: specular luminance of the near layer, premultiplied); post_behind (radiance behind the near
+// layer; a: 1 where anything was seen) if the hybrid reads it; full resolution.
 // Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC
 // (joint bilateral upsampling, Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
 #include "shared/frame.glsl"
@@ -18,6 +19,9 @@ uniform sampler2D in_far_blur;
 uniform sampler2D in_prefiltered;
 uniform sampler2D in_tiles_dilated;
 layout(rgba16f) uniform writeonly image2D out_post;
+#if HAS_POST_BEHIND
+layout(rgba16f) uniform writeonly image2D out_post_behind;
+#endif
 #if HAS_NEAR_SPECULAR
 uniform sampler2D in_near_specular;
 #endif
@@ -45,6 +49,13 @@ vec4 upsampled(ivec2 pixel, float own) {
     return sum / weight;
 }
 
+void store(ivec2 pixel, vec4 color, vec4 behind) {
+    imageStore(out_post, pixel, color);
+#if HAS_POST_BEHIND
+    imageStore(out_post_behind, pixel, behind);
+#endif
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_post);
     bool inside = all(lessThan(pixel, size));
@@ -52,7 +63,7 @@ void main() {
     ivec2 nearest = min(pixel, size - 1);
     vec4 sharp = finite_radiance(texelFetch(in_lit, nearest, 0));
     if (max(-reach.x, reach.y) <= IN_FOCUS_COC_PX) {
-        if (inside) imageStore(out_post, pixel, vec4(sharp.rgb, 0.0));
+        if (inside) store(pixel, vec4(sharp.rgb, 0.0), vec4(sharp.rgb, 1.0));
         return;
     }
     float own = gathered_coc(texelFetch(in_coc, nearest, 0).r, frame.max_coc_px);
@@ -80,5 +91,5 @@ void main() {
 #else
     float specular = 0.0;
 #endif
-    imageStore(out_post, pixel, vec4(color, specular));
+    store(pixel, vec4(color, specular), vec4(behind, validity));
 }

@@ -1,6 +1,9 @@
 // The two layers of traced light and how they are put together. Float64 twins: tests/gpu/hybrid_twin.py.
 
-const float HALF_RES_COC_PX = 2.0;  // CoC radius whose blur hides that a layer was traced per 2x2 px
+// CoC radii between which half-res layers take over: a texel is 2 px wide, and from 4 px of radius its own softness adds
+// less than a tenth to the blur (as in dof/layers.glsl).
+const float HALF_RES_FROM_PX = 2.0;
+const float HALF_RES_FULL_PX = 4.0;
 
 // Part of a hit that belongs to the near layer: none within the focus zone, all `blend` px of CoC in front of it
 // (poster, 2.1).
@@ -8,10 +11,11 @@ float near_share(float coc, float in_focus_px, float blend) {
     return smoothstep(0.0, 1.0, (-coc - in_focus_px) / blend);
 }
 
-// Part of what lies behind the near layer that the sharp raster image shows better than any half-res layer: all of it
-// in focus, none once it is blurred or itself in the near layer.
-float sharp_share(float coc, float in_focus_px, float blend) {
-    return (1.0 - smoothstep(in_focus_px, HALF_RES_COC_PX, abs(coc))) * (1.0 - near_share(coc, in_focus_px, blend));
+// Part of what lies behind the near layer that the full-resolution raster path shows better than any half-res layer: all
+// of it in focus and slightly out of it, none once it is blurred or itself in the near layer.
+float raster_share(float coc, float in_focus_px, float blend) {
+    float full_res = 1.0 - smoothstep(HALF_RES_FROM_PX, HALF_RES_FULL_PX, abs(coc));
+    return full_res * (1.0 - near_share(coc, in_focus_px, blend));
 }
 
 // Part of the far layer that the post-process provides: where nearly all rays hit near, few are left for the far

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 REACH_MARGIN_HALF = 1.0  # half-res px
 RIM = 0.25
 RAYS_BEGIN_PX, RAYS_END_PX = 2.0, 4.0
-HALF_RES_COC_PX = 2.0
+HALF_RES_FROM_PX, HALF_RES_FULL_PX = 2.0, 4.0
 MOST_GATHER_HALF = 6.0  # half-res px
 PRIOR_RAYS = 8.0
 
@@ -67,9 +67,10 @@ def near_share(coc: ArrayLike, in_focus_px: float, blend: ArrayLike) -> Array:
     return smoothstep(0.0, 1.0, (-np.asarray(coc, np.float64) - in_focus_px) / np.asarray(blend))
 
 
-def sharp_share(coc: ArrayLike, in_focus_px: float, blend: ArrayLike) -> Array:
-    """Part of what lies behind the near layer that the sharp raster image provides."""
-    return (1.0 - smoothstep(in_focus_px, HALF_RES_COC_PX, np.abs(coc))) * (1.0 - near_share(coc, in_focus_px, blend))
+def raster_share(coc: ArrayLike, in_focus_px: float, blend: ArrayLike) -> Array:
+    """Part of what lies behind the near layer that the full-resolution raster path provides."""
+    full_res = 1.0 - smoothstep(HALF_RES_FROM_PX, HALF_RES_FULL_PX, np.abs(coc))
+    return full_res * (1.0 - near_share(coc, in_focus_px, blend))
 
 
 def post_far_share(hit_ratio: ArrayLike, threshold: float) -> Array:

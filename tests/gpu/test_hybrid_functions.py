@@ -36,7 +36,7 @@ CASES = {
         16.0,
     ),
     "float near_share(float a, float b, float c)": (twin.near_share, COC, IN_FOCUS_COC_PX, RNG.uniform(0.05, 8.0, N)),
-    "float sharp_share(float a, float b, float c)": (twin.sharp_share, 0.1 * COC, IN_FOCUS_COC_PX, 1.0),
+    "float raster_share(float a, float b, float c)": (twin.raster_share, 0.1 * COC, IN_FOCUS_COC_PX, 1.0),
     "float post_far_share(float a, float b)": (twin.post_far_share, UNIT, 0.9),
     "float post_near_share(float a, float b)": (twin.post_near_share, 20.0 * UNIT, 4.0),
     "float newest_weight(float a, float b, float c)": (
@@ -85,7 +85,7 @@ def test_a_plane_is_no_slope_beside_its_own(ctx: moderngl.Context) -> None:
 def test_in_focus_surfaces_never_enter_the_near_layer() -> None:
     coc = np.linspace(-IN_FOCUS_COC_PX, 50.0, 100)
     assert not twin.near_share(coc, IN_FOCUS_COC_PX, 8.0).any()
-    assert (twin.sharp_share(np.linspace(-IN_FOCUS_COC_PX, IN_FOCUS_COC_PX, 9), IN_FOCUS_COC_PX, 1.0) == 1.0).all()
+    assert (twin.raster_share(np.linspace(-IN_FOCUS_COC_PX, IN_FOCUS_COC_PX, 9), IN_FOCUS_COC_PX, 1.0) == 1.0).all()
 
 
 def test_a_contradicted_ratio_is_pulled_to_the_rays_that_contradict_it() -> None:
