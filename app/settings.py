@@ -101,6 +101,9 @@ class Mask:
         doc="Standard deviation of the Gaussian applied to the G-buffer before the Sobel filter.",
     )
     threshold: float = knob(0.1, 0.0, 1.0, doc="Mask responses below this get no rays.")
+    variance: float = knob(
+        2.0, 0.0, 100.0, doc="Rays for noisy pixels: weight of the deviation of a pixel's rays beside the edge response."
+    )
 
 
 @dataclass(frozen=True)

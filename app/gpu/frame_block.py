@@ -106,6 +106,7 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "max_rays": settings.rays.max_per_pixel,
         "mask_sensitivity": settings.mask.sensitivity,
         "mask_threshold": settings.mask.threshold,
+        "mask_variance": settings.mask.variance,
         "mask_smoothing": settings.mask.smoothing,
         "layer_fade_px": settings.post.layer_fade,
         "focus_blend": settings.rays.focus_blend,

@@ -167,6 +167,7 @@ FRAME = struct(
         "camera_moved": ("uint", "1 if the view changed since last frame"),
         "history_valid": ("uint", "0 right after a reset"),
         "mask_threshold": ("float", "mask responses below get no rays"),
+        "mask_variance": ("float", "weight of the rays' deviation in the ray budget"),
         "mask_smoothing": ("float", "standard deviation of the mask's Gaussian, half-res px"),
         "layer_fade_px": ("float", "post-process: CoC difference over which a sample passes from fore- to background"),
         "overlay_range_lo": ("float", "value shown as the colour map's start"),

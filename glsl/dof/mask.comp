@@ -1,26 +1,67 @@
-// Completes the ray mask: dilates along columns, and counts how often each response occurs.
-// Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response), mask_reach (farthest edge to look
-//   for, half-res px, per tile).
-// Writes: mask (x: response in steps of 1/255, 0: no rays; y: weight of rays in the composite, 0..1), half resolution.
-// Fills: RayHistogram (masked pixels per response step).
-// Method: see mask_rows.comp. Counts are integers, so that they come out the same in any order.
+// Completes the ray mask: dilates along columns, says how much each pixel is worth in the ray budget, and counts that.
+// Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response; 2^level half-res px a row), mask_reach
+//   (farthest edge to look for, half-res px, per tile), MaskReach (the largest reach, half-res px), motion (px) while something moves; last frame's layer_state (x, y: rays) and
+//   layer_moments (compressed luminance and its square, of the near and the far part).
+// Writes: mask (x: weight in the ray budget in steps of 1/255, 0: no rays; y: weight of rays in the composite, 0..1),
+//   half resolution.
+// Fills: RayHistogram (masked pixels per weight step).
+// Method: dilation as in mask_rows.comp. The weight is the poster's (2.1): the edge response, raised by the deviation of
+// the pixel's rays from the moments accumulated so far (Schied et al. 2017), which few rays estimate with their
+// neighbours' help; a pixel without history gets all it can. Counts are integers, so that they come out the same in any
+// order.
+#include "shared/frame.glsl"
 #include "lib/mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_mask_rows;
 uniform sampler2D in_mask_reach;
+uniform sampler2D prev_layer_state;
+uniform sampler2D prev_layer_moments;
+#if HAS_MOTION
+uniform sampler2D in_motion;
+#endif
 layout(rg16f) uniform writeonly image2D out_mask;
+layout(std430) readonly buffer MaskReach { float largest_reach; };
 layout(std430) buffer RayHistogram { uint pixels_of_level[256]; };
 
 shared uint counted[256];
 
+const float FEW_RAYS = 16.0;  // four frames of the default budget, as in Schied et al.: fewer need their neighbours' help
+
+// Deviation per ray of the light at p, from last frame's moments; negative where nothing was traced.
+float deviation_at(ivec2 p) {
+    if (frame.history_valid == 0u) return -1.0;
+    ivec2 last = textureSize(prev_layer_state, 0) - 1, from = p;
+#if HAS_MOTION
+    from -= ivec2(round(0.5 * texelFetch(in_motion, min(2 * p, ivec2(frame.size_px) - 1), 0).xy));
+    if (any(lessThan(from, ivec2(0))) || any(greaterThan(from, last))) return -1.0;
+#endif
+    vec4 state = texelFetch(prev_layer_state, from, 0), moments = texelFetch(prev_layer_moments, from, 0);
+    float rays = min(state.x, state.y);
+    if (rays == 0.0) return -1.0;
+    if (rays < FEW_RAYS) {
+        moments *= rays;
+        for (int i = 0; i < 25; i++) {
+            ivec2 there = clamp(from + ivec2(i % 5, i / 5) - 2, ivec2(0), last);
+            vec4 other = texelFetch(prev_layer_state, there, 0);
+            float weight = min(other.x, other.y);
+            moments += weight * texelFetch(prev_layer_moments, there, 0);
+            rays += weight;
+        }
+        moments /= rays;
+    }
+    return light_deviation(moments);
+}
+
 // Response and feather at p, from the rows above and below.
 vec2 dilated(ivec2 p, int height) {
-    int farthest = int(texelFetch(in_mask_reach, ivec2(gl_WorkGroupID.xy), 0).r);
+    int side = 1 << mask_level(largest_reach);
+    float farthest = texelFetch(in_mask_reach, ivec2(gl_WorkGroupID.xy), 0).r;
+    ivec2 span = coarse_span(p.y, farthest, side, height);
     vec2 best = vec2(0.0);
-    for (int y = max(p.y - farthest, 0); y <= min(p.y + farthest, height - 1) && farthest > 0; y++) {
+    for (int y = span.x; y <= span.y && farthest > 0.0; y++) {
         vec4 row = texelFetch(in_mask_rows, ivec2(p.x, y), 0);
-        float distance = float(y - p.y);
+        float distance = coarse_center(y, side) - float(p.y);
         float power = row.x - distance * distance;
         if (power >= 0.0) best = max(best, vec2(row.z, rays_feather(power, row.y)));
     }
@@ -34,7 +75,11 @@ void main() {
     barrier();
     if (all(lessThan(p, size))) {
         vec2 mask = dilated(p, size.y);
-        uint level = mask.x > 0.0 ? clamp(uint(255.0 * mask.x + 0.5), 1u, 255u) : 0u;
+        uint level = 0u;
+        if (mask.x > 0.0) {
+            float weight = ray_weight(mask.x, deviation_at(p), frame.mask_variance);
+            level = clamp(uint(255.0 * weight + 0.5), 1u, 255u);
+        }
         imageStore(out_mask, p, vec4(float(level) / 255.0, mask.y, 0.0, 0.0));
         if (level > 0u) atomicAdd(counted[level], 1u);
     }

@@ -1,22 +1,23 @@
 // Finds the edges past which the lens may see more than the raster image holds.
-// Reads: normal (world, octahedral; w: 1 on a surface), coc (signed radius, px), full resolution; tiles (x: most
-//   negative CoC, px).
+// Reads: mask_guide (xyz: mean normal, w: mean CoC, px), mask_slope (x: most negative CoC, px; yz: the surface's own
+//   slope of CoC), half resolution; tiles (x: most negative CoC, px).
 // Writes: mask_edges (x: response 0..1, 0 below the threshold; y: reach of the edge's near blur, half-res px, 0 if
 //   nothing near), half resolution; mask_tiles (largest reach in the tile, half-res px; one texel per 8x8 half-res
 //   px).
+// Fills: MaskReach (the largest reach of all edges, as float bits).
 // Method: poster (Tan et al. 2020), 2.1: a Gaussian on the G-buffer, then a 5x5 Sobel kernel on normal and depth.
 // Depth is measured in CoC px, in which an edge matters by how far its blur moves, whatever the scene's scale; the
 // surface's own slope is taken off. One work group smooths in shared memory.
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
-#include "lib/octahedral.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-uniform sampler2D in_normal;
-uniform sampler2D in_coc;
+uniform sampler2D in_mask_guide;
+uniform sampler2D in_mask_slope;
 uniform sampler2D in_tiles;
 layout(rg16f) uniform writeonly image2D out_mask_edges;
 layout(r32f) uniform writeonly image2D out_mask_tiles;
+layout(std430) buffer MaskReach { uint largest_reach; };  // bits: positive floats are ordered as their bits are
 
 const int SOBEL = 2;     // radius of the Sobel kernel, half-res px
 const int GAUSS = 3;     // of the Gaussian: two standard deviations of its largest setting, 3 px = 1.5 half-res px
@@ -31,32 +32,18 @@ shared vec4 loaded[LOADED * LOADED];     // xyz: normal, w: CoC, means over 2x2 
 shared vec4 rows[SMOOTH * LOADED];       // after the horizontal Gaussian
 shared vec4 smoothed[SMOOTH * SMOOTH];   // after both
 shared float nearest[LOADED * LOADED];   // most negative CoC of the 2x2 px
-shared uint tile_reach;                  // bits of the largest reach: positive floats are ordered as their bits are
-
-// Mean normal and CoC of the 2x2 px of a block within the picture, and their most negative CoC.
-vec4 block_mean(ivec2 block, out float lowest) {
-    vec4 sum = vec4(0.0);
-    lowest = 1e30;
-    for (int i = 0; i < 4; i++) {
-        ivec2 pixel = min(2 * block + ivec2(i & 1, i >> 1), textureSize(in_coc, 0) - 1);
-        vec4 normal = texelFetch(in_normal, pixel, 0);
-        float coc = texelFetch(in_coc, pixel, 0).r;
-        sum += vec4(normal.w * octahedral_decode(normal.xy), coc);
-        lowest = min(lowest, coc);
-    }
-    return 0.25 * sum;
-}
+shared uint tile_reach;                  // bits of the largest reach in the tile
 
 // Beyond the picture the CoC goes on as steeply as it came (mirrored in the edge's value), so that a slanted plane
 // ends without an edge.
 void load(int slot, ivec2 corner) {
-    ivec2 last = (textureSize(in_coc, 0) - 1) / 2;
+    ivec2 last = textureSize(in_mask_guide, 0) - 1;
     ivec2 block = corner + ivec2(slot % LOADED, slot / LOADED), within = clamp(block, ivec2(0), last);
-    loaded[slot] = block_mean(within, nearest[slot]);
-    if (block != within) {
-        float unused;
-        loaded[slot].w = 2.0 * loaded[slot].w - block_mean(clamp(2 * within - block, ivec2(0), last), unused).w;
-    }
+    loaded[slot] = texelFetch(in_mask_guide, within, 0);
+    nearest[slot] = texelFetch(in_mask_slope, within, 0).x;
+    if (block == within) return;
+    float mirrored = texelFetch(in_mask_guide, clamp(2 * within - block, ivec2(0), last), 0).w;
+    loaded[slot].w = 2.0 * loaded[slot].w - mirrored;
 }
 
 // Weights of the Gaussian, its standard deviation in half-res px, normalised.
@@ -100,15 +87,6 @@ vec4 sobel(int center, int along, int across) {
     return sum / RAMP;
 }
 
-// CoC change per half-res px that the surface at the block has by itself, along one axis; all four pixels within the
-// picture.
-float slope(ivec2 block, ivec2 axis) {
-    float c[4];
-    ivec2 last = textureSize(in_coc, 0) - 1, first = clamp(2 * block - axis, ivec2(0), max(last - 3 * axis, ivec2(0)));
-    for (int i = 0; i < 4; i++) c[i] = texelFetch(in_coc, min(first + i * axis, last), 0).r;
-    return 2.0 * own_slope(vec3(c[1] - c[0], c[2] - c[1], c[3] - c[2]));
-}
-
 // The most negative CoC [px] in the tiles that the work group loads from.
 float nearest_around() {
     ivec2 last = textureSize(in_tiles, 0) - 1;
@@ -125,7 +103,7 @@ vec2 edge_at(ivec2 p, ivec2 local) {
     int center = (local.y + SOBEL) * SMOOTH + local.x + SOBEL;
     vec4 dx = sobel(center, 1, SMOOTH), dy = sobel(center, SMOOTH, 1);
     float dn = sqrt(dot(dx.xyz, dx.xyz) + dot(dy.xyz, dy.xyz));
-    float dd = length(vec2(dx.w - slope(p, ivec2(1, 0)), dy.w - slope(p, ivec2(0, 1))));
+    float dd = length(vec2(dx.w, dy.w) - texelFetch(in_mask_slope, p, 0).yz);
     float response = mask_response(dd + dn, frame.mask_sensitivity);
     // A line one pixel wide has its gradient beside it: an edge takes the nearest surface among its neighbours.
     float coc = 0.0;
@@ -153,5 +131,7 @@ void main() {
         barrier();
     }
     if (inside) imageStore(out_mask_edges, p, vec4(edge, 0.0, 0.0));
-    if (lane == 0u) imageStore(out_mask_tiles, ivec2(gl_WorkGroupID.xy), vec4(uintBitsToFloat(tile_reach)));
+    if (lane > 0u) return;
+    imageStore(out_mask_tiles, ivec2(gl_WorkGroupID.xy), vec4(uintBitsToFloat(tile_reach)));
+    if (tile_reach > 0u) atomicMax(largest_reach, tile_reach);
 }

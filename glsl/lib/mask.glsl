@@ -14,6 +14,10 @@ const float RIM = 0.25;
 const float RAYS_BEGIN_PX = 2.0;
 const float RAYS_END_PX = 4.0;
 
+// What a full edge response is worth beside a deviation of 0..0.5, times the gain: little, so that measured noise decides
+// where it is known, and the response among pixels without any.
+const float EDGE_WORTH = 0.1;
+
 // Response 0..1 to a gradient (poster, 2.1: x = (dd + dn) s, then 1 - 1/(x + 1)).
 float mask_response(float gradient, float sensitivity) {
     return 1.0 - 1.0 / (sensitivity * gradient + 1.0);
@@ -34,11 +38,49 @@ float edge_reach_half(float coc) {
     return coc < -RAYS_BEGIN_PX ? -0.5 * coc + REACH_MARGIN_HALF : 0.0;
 }
 
+// Texels that a row of the dilation searches to either side at most: then the mask's texel is 1/64 of the largest blur.
+const float FARTHEST_TEXELS = 32.0;
+
+// How often the mask's resolution is halved, for the largest reach of an edge [half-res px].
+int mask_level(float largest_reach) {
+    return max(int(ceil(log2(max(largest_reach, 1.0) / FARTHEST_TEXELS))), 0);
+}
+
+// Half-res px from the centre of a square of `side` x `side` half-res texels to the centre of the one in its corner.
+float coarse_margin_half(int side) {
+    return 0.70710678 * float(side - 1);
+}
+
+// Centre of coarse texel i along an axis, where half-res texel j has its centre at j.
+float coarse_center(int i, int side) {
+    return float(i * side) + 0.5 * float(side - 1);
+}
+
+// First and last coarse texel that may hold an edge of reach `farthest` [half-res px] from half-res texel p, of `size`
+// half-res texels. The coarse edges' grown reach is allowed for.
+ivec2 coarse_span(int p, float farthest, int side, int size) {
+    int reach = int(farthest + coarse_margin_half(side));
+    return ivec2(max(p - reach, 0), min(p + reach, size - 1)) / side;
+}
+
 // Weight of rays at a pixel inside an edge's reach [half-res px], from power = reach^2 - distance^2: 0 on the rim, 1
 // within 1 - RIM of it.
 float rays_feather(float power, float reach) {
     float from_rim = 1.0 - sqrt(max(1.0 - power / (reach * reach), 0.0));
     return smoothstep(0.0, RIM, from_rim) * smoothstep(RAYS_BEGIN_PX, RAYS_END_PX, 2.0 * (reach - REACH_MARGIN_HALF));
+}
+
+// Standard deviation per ray of a pixel's light, from the means of compressed luminance and of its square, of the near
+// (xy) and of the far part (zw): each ray falls into one or the other, or its shares add to one.
+float light_deviation(vec4 moments) {
+    float mean = moments.x + moments.z;
+    return sqrt(max(moments.y + moments.w - mean * mean, 0.0));
+}
+
+// What a pixel is worth in the ray budget, 0..1: its edge's response, and `gain` times its rays' deviation. Unknown
+// deviation (negative) is worth all.
+float ray_weight(float response, float deviation, float gain) {
+    return gain > 0.0 && deviation < 0.0 ? 1.0 : clamp(EDGE_WORTH * response + gain * deviation, 0.0, 1.0);
 }
 
 // Mean rays for a mask level 1..255 when the budget allows `scale` per level.

@@ -1,7 +1,7 @@
 // Smooths the noise of few rays: each traced layer is gathered from neighbours whose blur reaches the pixel.
 // Reads: near_light, far_light (premultiplied; a: share of light), layer_state (x, y: rays; z: hit ratio; w: validity),
-//   layer_noise (x: near, y: far CoC, px; z: mean premultiplied luminance of near; w: its variance per ray),
-//   far_noise (x: mean premultiplied luminance of far; y: its variance per ray), half resolution.
+//   layer_coc (px; near, far), layer_moments (compressed luminance and its square, of the near and the far part), half
+//   resolution.
 // Writes: near_smooth, far_smooth (as near_light and far_light), half resolution.
 // Method: poster, 2.2: a circular gather scaled by CoC, here one radius a layer, so that what is in focus behind blur
 // stays sharp. Samples whose CoC is smaller than their distance are rejected. The accumulated variance, pooled over the
@@ -15,8 +15,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_near_light;
 uniform sampler2D in_far_light;
 uniform sampler2D in_layer_state;
-uniform sampler2D in_layer_noise;
-uniform sampler2D in_far_noise;
+uniform sampler2D in_layer_coc;
+uniform sampler2D in_layer_moments;
 layout(rgba16f) uniform writeonly image2D out_near_smooth;
 layout(rgba16f) uniform writeonly image2D out_far_smooth;
 
@@ -33,8 +33,13 @@ struct Gather {
     vec4 near, far;
     float near_weight, far_weight;  // of the rays behind them
     float rays, pixels, freedom;    // what the statistics rest on; freedom: rays less one a pixel
-    vec3 mean, square, within;      // premultiplied luminance of near, of far; hit ratio
+    vec3 mean, square, within;      // compressed luminance of the near and the far part; hit ratio
 };
+
+// Variance per ray of the near and of the far part's light, and of the hit ratio.
+vec3 variance_of(vec4 moments, float ratio) {
+    return max(vec3(moments.yw - moments.xz * moments.xz, ratio * (1.0 - ratio)), 0.0);
+}
 
 float rays_of(vec4 state) {
     return min(state.x, state.y);
@@ -47,7 +52,7 @@ Around look_around(ivec2 p, ivec2 last) {
         ivec2 texel = clamp(p + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
         vec4 state = texelFetch(in_layer_state, texel, 0);
         vec2 share = rays_of(state) * vec2(state.z, 1.0 - state.z);
-        coc += share * texelFetch(in_layer_noise, texel, 0).xy;
+        coc += share * texelFetch(in_layer_coc, texel, 0).xy;
         hits += share;
         far += texelFetch(in_far_light, texel, 0);
     }
@@ -59,10 +64,11 @@ void gather_tap(inout Gather sum, ivec2 texel, float distance, vec2 radius) {
     vec4 state = texelFetch(in_layer_state, texel, 0);
     float rays = rays_of(state);
     if (rays == 0.0) return;
-    vec4 noise = texelFetch(in_layer_noise, texel, 0);
+    vec2 circle = texelFetch(in_layer_coc, texel, 0).xy;
+    vec4 moments = texelFetch(in_layer_moments, texel, 0);
     // A pixel without near hits has no near CoC; that it has none counts all the same.
-    float near = distance <= radius.x ? (state.z > 0.0 ? reach_weight(noise.x, distance) : 1.0) : 0.0;
-    float far = distance <= radius.y ? reach_weight(noise.y, distance) : 0.0;
+    float near = distance <= radius.x ? (state.z > 0.0 ? reach_weight(circle.x, distance) : 1.0) : 0.0;
+    float far = distance <= radius.y ? reach_weight(circle.y, distance) : 0.0;
     if (distance == 0.0) near = far = 1.0;
     sum.near += near * rays * texelFetch(in_near_light, texel, 0);
     sum.near_weight += near * rays;
@@ -72,11 +78,10 @@ void gather_tap(inout Gather sum, ivec2 texel, float distance, vec2 radius) {
     sum.pixels += weight;
     sum.rays += weight * rays;
     sum.freedom += weight * (rays - 1.0);
-    vec2 far_noise = texelFetch(in_far_noise, texel, 0).xy;
-    vec3 value = vec3(noise.z, far_noise.x, state.z);
+    vec3 value = vec3(moments.xz, state.z);
     sum.mean += weight * rays * value;
     sum.square += weight * rays * value * value;
-    sum.within += weight * rays * vec3(noise.w, far_noise.y, state.z * (1.0 - state.z));
+    sum.within += weight * rays * variance_of(moments, state.z);
 }
 
 Gather gather(ivec2 p, ivec2 last, vec2 radius) {
@@ -113,16 +118,14 @@ void main() {
     vec4 state = texelFetch(in_layer_state, p, 0);
     if (SPATIAL == 1 && state.w > 0.0) {
         ivec2 last = textureSize(in_layer_state, 0) - 1;
-        vec4 noise = texelFetch(in_layer_noise, p, 0);
-        Around around = Around(noise.x, noise.y, far);
+        vec2 circle = texelFetch(in_layer_coc, p, 0).xy;
+        Around around = Around(circle.x, circle.y, far);
         if (min(near.a, far.a) == 0.0) around = look_around(p, last);
-        float near_coc = state.z > 0.0 ? noise.x : around.near_coc, far_coc = state.z < 1.0 ? noise.y : around.far_coc;
+        float near_coc = state.z > 0.0 ? circle.x : around.near_coc, far_coc = state.z < 1.0 ? circle.y : around.far_coc;
         vec2 radius = vec2(gather_radius_half(near_coc, frame.reconstruct_radius),
                            gather_radius_half(far_coc, frame.reconstruct_radius));
         Gather sum = gather(p, last, radius);
-        float ratio_variance = state.z * (1.0 - state.z);
-        vec3 variance = vec3(noise.w, texelFetch(in_far_noise, p, 0).y, ratio_variance);
-        vec2 share = smoothing(sum, rays_of(state), variance);
+        vec2 share = smoothing(sum, rays_of(state), variance_of(texelFetch(in_layer_moments, p, 0), state.z));
         near = mix(near, sum.near / sum.near_weight, share.x);
         far = mix(far, sum.far / sum.far_weight, share.y);
         // The layers cover the pixel together: the far one fills what the near one leaves open.

@@ -1,9 +1,9 @@
 // Traces the lens rays of the listed pixels and sorts what they hit into the near and the far layer.
 // Reads: RayWork (pixels as x | y << 16), ray_count (x: rays, y: index of the first sample), half resolution.
 // Writes: trace_near (radiance times hit ratio; a: hit ratio), trace_far (radiance times the rest; a: the rest),
-//   trace_motion (xy: mean screen motion of near hits since last frame, zw: of far hits, px), trace_spread (mean over
-//   rays of x: near share times CoC, px, y: near share times squared luminance, zw: of the rest), half resolution,
-//   listed pixels only.
+//   trace_motion (xy: mean screen motion of near hits since last frame, zw: of far hits, px), trace_coc (mean CoC of
+//   near and of far hits, px), trace_moments (mean over rays of x: near share times compressed luminance, y: times its
+//   square, zw: of the rest), half resolution, listed pixels only.
 // Method: distribution ray tracing over lens and pixel block (Cook, Porter and Carpenter 1984); near and far by
 // signed CoC with a smooth band (poster, 2.1). One invocation sums one pixel's rays in order, so that the sum is the
 // same in every run.
@@ -20,7 +20,8 @@ uniform sampler2D in_ray_count;
 layout(rgba16f) uniform writeonly image2D out_trace_near;
 layout(rgba16f) uniform writeonly image2D out_trace_far;
 layout(rgba16f) uniform writeonly image2D out_trace_motion;
-layout(rgba32f) uniform writeonly image2D out_trace_spread;
+layout(rg32f) uniform writeonly image2D out_trace_coc;
+layout(rgba32f) uniform writeonly image2D out_trace_moments;
 layout(std430) readonly buffer RayWork { uint groups[3]; uint pixel_count; uint pixels[]; };
 
 // Full-res pixel position of a world point; the point lies in front of this frame's camera, but perhaps not of the
@@ -45,7 +46,8 @@ void main() {
     uvec2 p = uvec2(pixels[item] & 0xffffu, pixels[item] >> 16u);
     vec2 count = texelFetch(in_ray_count, ivec2(p), 0).xy;
     uint seed = pixel_seed(p, frame.seed), first = uint(count.y), rays = uint(count.x);
-    vec4 near = vec4(0.0), far = vec4(0.0), motion = vec4(0.0), spread = vec4(0.0);
+    vec4 near = vec4(0.0), far = vec4(0.0), motion = vec4(0.0), moments = vec4(0.0);
+    vec2 circle = vec2(0.0);
     for (uint i = 0u; i < rays; ++i) {
         vec4 s = sobol4(first + i, seed);
         float depth;
@@ -55,13 +57,16 @@ void main() {
         float share = near_share(coc, IN_FOCUS_COC_PX, frame.focus_blend);
         near += share * color;
         far += (1.0 - share) * color;
-        float light = luminance(color.rgb);
-        spread += vec4(share, share, 1.0 - share, 1.0 - share) * vec2(coc, light * light).xyxy;
+        float light = compressed_luminance(color.rgb);
+        circle += vec2(share, 1.0 - share) * coc;
+        moments += vec4(share, share, 1.0 - share, 1.0 - share) * vec2(light, light * light).xyxy;
         if (frame.camera_moved != 0u) motion += vec4(share, share, 1.0 - share, 1.0 - share) * motion_px(position).xyxy;
     }
-    motion /= max(vec4(near.aa, far.aa), 1e-6);
+    vec2 hits = max(vec2(near.a, far.a), 1e-6);
+    motion /= hits.xxyy;
     imageStore(out_trace_near, ivec2(p), near / count.x);
     imageStore(out_trace_far, ivec2(p), far / count.x);
     imageStore(out_trace_motion, ivec2(p), motion);
-    imageStore(out_trace_spread, ivec2(p), spread / count.x);
+    imageStore(out_trace_coc, ivec2(p), vec4(circle / hits, 0.0, 0.0));
+    imageStore(out_trace_moments, ivec2(p), moments / count.x);
 }

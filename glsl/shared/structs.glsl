@@ -84,10 +84,11 @@ struct Frame {  // 576 bytes
     uint camera_moved;  // @544  1 if the view changed since last frame
     uint history_valid;  // @548  0 right after a reset
     float mask_threshold;  // @552  mask responses below get no rays
-    float mask_smoothing;  // @556  standard deviation of the mask's Gaussian, half-res px
-    float layer_fade_px;  // @560  post-process: CoC difference over which a sample passes from fore- to background
-    float overlay_range_lo;  // @564  value shown as the colour map's start
-    float overlay_range_hi;  // @568  value shown as its end
+    float mask_variance;  // @556  weight of the rays' deviation in the ray budget
+    float mask_smoothing;  // @560  standard deviation of the mask's Gaussian, half-res px
+    float layer_fade_px;  // @564  post-process: CoC difference over which a sample passes from fore- to background
+    float overlay_range_lo;  // @568  value shown as the colour map's start
+    float overlay_range_hi;  // @572  value shown as its end
 };
 
 struct BvhNode {  // 64 bytes

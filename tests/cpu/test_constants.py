@@ -50,6 +50,8 @@ def found(file: str) -> dict[str, str]:
         ("lib/mask.glsl", "RAYS_END_PX", hybrid_twin.RAYS_END_PX),
         ("lib/mask.glsl", "REACH_MARGIN_HALF", hybrid_twin.REACH_MARGIN_HALF),
         ("lib/mask.glsl", "RIM", hybrid_twin.RIM),
+        ("lib/mask.glsl", "EDGE_WORTH", hybrid_twin.EDGE_WORTH),
+        ("lib/mask.glsl", "FARTHEST_TEXELS", hybrid_twin.FARTHEST_TEXELS),
         ("lib/hit_layers.glsl", "HALF_RES_FROM_PX", hybrid_twin.HALF_RES_FROM_PX),
         ("lib/hit_layers.glsl", "HALF_RES_FULL_PX", hybrid_twin.HALF_RES_FULL_PX),
         ("shared/scene.glsl", "NO_TEXTURE", NO_TEXTURE),

@@ -66,7 +66,8 @@ def assert_sound(frame: FramePlan) -> None:
         written |= {*call.writes, *call.step.fills}
         assert set(call.writes) <= TARGETS.keys()
         assert call.reason
-    used = {frame.output}
+    # beside the picture: what another pass reads in the next frame
+    used = {frame.output, *(t for c in frame.calls for t in c.step.history if t not in c.writes)}
     for call in reversed(frame.calls):
         produced = {*call.writes, *call.step.fills}
         assert produced & used, f"{call.step.name} runs for nothing"
@@ -92,7 +93,7 @@ def test_every_view_has_a_sound_plan_whatever_the_scene_and_settings(
 
 @given(target=st.sampled_from(sorted(set(SHOWN) - VIEWS.keys())), settings=planning_settings(), facts=facts)
 def test_every_target_can_be_looked_at_or_says_why_not(target: str, settings: Settings, facts: Facts) -> None:
-    written = {t for p in PASSES if p.needed(settings, facts).runs for t in p.outputs(settings, facts)}
+    written = {t for p in PASSES if p.needed(settings, facts).runs for t in (*p.outputs(settings, facts), *p.offers)}
     if target in written | {"motion"}:  # motion is drawn for whoever looks at it
         frame = frame_plan(target, settings, facts)
         assert_sound(frame)
@@ -199,7 +200,7 @@ def test_static_settings_reach_a_define_and_others_do_not() -> None:
 
 
 def test_every_target_and_buffer_is_written_and_used_by_some_pass() -> None:
-    written = {t for p in ALL_PASSES for t in (*p.writes, *p.updates, *(t for t, _ in p.writes_if))}
+    written = {t for p in ALL_PASSES for t in (*p.writes, *p.updates, *p.offers, *(t for t, _ in p.writes_if))}
     assert written == TARGETS.keys()
     filled, used = {b for p in ALL_PASSES for b in p.fills}, {b for p in ALL_PASSES for b in p.buffers}
     used |= {p.indirect[0] for p in ALL_PASSES if p.indirect}

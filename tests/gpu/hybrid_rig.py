@@ -18,7 +18,7 @@ from app.settings import Settings
 
 _NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
 PASSES = {step.name: step for step in HYBRID}
-MASKING = ("mask_edges", "reach_rows", "reach_columns", "mask_rows", "mask")
+MASKING = ("mask_guide", "mask_edges", "reach_rows", "reach_columns", "mask_coarse", "mask_rows", "mask")
 BUDGETING = ("ray_budget", "ray_list")
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,8 @@ Array = NDArray[np.float64]
 REACH_MARGIN_HALF = 1.0  # half-res px
 RIM = 0.25
 RAYS_BEGIN_PX, RAYS_END_PX = 2.0, 4.0
+FARTHEST_TEXELS = 32.0
+EDGE_WORTH = 0.1
 HALF_RES_FROM_PX, HALF_RES_FULL_PX = 2.0, 4.0
 MOST_GATHER_HALF = 6.0  # half-res px
 PRIOR_RAYS = 8.0
@@ -48,6 +51,29 @@ def edge_reach_half(coc: ArrayLike) -> Array:
     """How far [half-res px] a near surface's blur carries its edge; 0 where rays gain nothing. `coc` in full-res px."""
     coc = np.asarray(coc, np.float64)
     return np.where(coc < -RAYS_BEGIN_PX, -0.5 * coc + REACH_MARGIN_HALF, 0.0)
+
+
+def mask_level(largest_reach: ArrayLike) -> Any:
+    """How often the mask's resolution is halved, for the largest reach of an edge [half-res px]."""
+    return np.maximum(np.ceil(np.log2(np.maximum(largest_reach, 1.0) / FARTHEST_TEXELS)), 0.0).astype(int)
+
+
+def coarse_margin_half(side: ArrayLike) -> Array:
+    """From the centre of a square of `side` half-res texels to the centre of the one in its corner [half-res px]."""
+    return np.asarray(math.sqrt(0.5) * (np.asarray(side, np.float64) - 1.0))
+
+
+def light_deviation(moments: ArrayLike) -> Array:
+    """Standard deviation per ray from means (..., 4) of light and its square, of the near and of the far part."""
+    m = np.asarray(moments, np.float64)
+    return np.sqrt(np.maximum(m[..., 1] + m[..., 3] - (m[..., 0] + m[..., 2]) ** 2, 0.0))
+
+
+def ray_weight(response: ArrayLike, deviation: ArrayLike, gain: ArrayLike) -> Array:
+    """What a pixel is worth in the ray budget, 0..1; all of it while its deviation is unknown (negative)."""
+    deviation, gain = np.asarray(deviation, np.float64), np.asarray(gain, np.float64)
+    known = np.clip(EDGE_WORTH * np.asarray(response) + gain * deviation, 0.0, 1.0)
+    return np.where((gain > 0.0) & (deviation < 0.0), 1.0, known)
 
 
 def rays_feather(power: ArrayLike, reach: ArrayLike) -> Array:

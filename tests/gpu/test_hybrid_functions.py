@@ -15,9 +15,19 @@ RNG = np.random.default_rng(5)
 N = 2000
 UNIT = RNG.random(N)
 COC = RNG.uniform(-60.0, 20.0, N)
+# Near and far part of a light, and of its square with some spread: far enough from none for the root to keep its digits.
+MOMENTS = np.stack([0.3 * UNIT, 0.3 * UNIT + 0.1, 0.3 * (1.0 - UNIT), 0.3 * (1.0 - UNIT) + 0.1], -1)
 ROUNDING = 2e-6  # a few float32 operations on values near 1
 
-OF_MASK = ("mask_response", "edge_reach_half", "planned_rays")
+OF_MASK = (
+    "mask_response",
+    "edge_reach_half",
+    "planned_rays",
+    "mask_level",
+    "coarse_margin_half",
+    "light_deviation",
+    "ray_weight",
+)
 OF_RECONSTRUCT = ("gather_radius_half", "reach_weight", "ray_variance", "signal_variance", "neighbour_share")
 FILES = {"lib/mask.glsl": OF_MASK, "lib/reconstruct.glsl": OF_RECONSTRUCT}  # the rest: lib/hit_layers.glsl
 
@@ -34,6 +44,15 @@ CASES = {
         UNIT,
         1.0,
         16.0,
+    ),
+    "int mask_level(float a)": (twin.mask_level, RNG.uniform(0.0, 600.0, N)),
+    "float coarse_margin_half(int a)": (twin.coarse_margin_half, RNG.integers(1, 64, N)),
+    "float light_deviation(vec4 a)": (twin.light_deviation, MOMENTS),
+    "float ray_weight(float a, float b, float c)": (
+        twin.ray_weight,
+        UNIT,
+        np.where(RNG.random(N) < 0.1, -1.0, 0.5 * RNG.random(N)),
+        np.where(RNG.random(N) < 0.1, 0.0, 10.0 * RNG.random(N)),
     ),
     "float near_share(float a, float b, float c)": (twin.near_share, COC, IN_FOCUS_COC_PX, RNG.uniform(0.05, 8.0, N)),
     "float raster_share(float a, float b, float c)": (twin.raster_share, 0.1 * COC, IN_FOCUS_COC_PX, 1.0),

@@ -149,7 +149,7 @@ def give_picture(
     """Random full-resolution pictures and traced layers with one hit ratio; `changed` replaces any of them."""
     share = np.full(HALF, ratio)
     arrays = {
-        "lit": RNG.random((H, W, 4)),
+        "post_behind": RNG.random((H, W, 4)),
         "coc": np.full((H, W), coc),
         "post": np.concatenate([RNG.random((H, W, 3)), np.zeros((H, W, 1))], -1),
         "far_blur": np.concatenate([RNG.random((*HALF, 3)), np.ones((*HALF, 1))], -1),
@@ -182,7 +182,7 @@ def test_what_is_in_focus_behind_blur_keeps_full_resolution(ctx: moderngl.Contex
     with HybridRig(ctx, (W, H)) as rig:
         given = give_picture(rig, coc=0.3, ratio=ratio, feather=1.0)
         rig.run("composite")
-        expected = ratio * 0.25 + (1.0 - ratio) * given["lit"][..., :3]
+        expected = ratio * 0.25 + (1.0 - ratio) * given["post_behind"][..., :3]
         np.testing.assert_allclose(rig.read("hybrid")[..., :3], expected, rtol=2 * FLOAT16, atol=1e-3)
 
 
@@ -215,7 +215,7 @@ def test_one_colour_everywhere_stays_that_colour(ctx: moderngl.Context) -> None:
     held = np.stack([ratio * 0 + 4.0, ratio * 0 + 4.0, ratio, np.rint(RNG.random(HALF))], -1)
     mask = np.stack([np.ones(HALF), RNG.random(HALF)], -1)
     with HybridRig(ctx, (W, H)) as rig:
-        give_picture(rig, 0.0, 0.5, 1.0, lit=flat, post=flat, far_blur=far, layer_state=held, mask=mask, **layers)
+        give_picture(rig, 0.0, 0.5, 1.0, post_behind=flat, post=flat, far_blur=far, layer_state=held, mask=mask, **layers)
         rig.give(coc=RNG.uniform(-4.0, 4.0, (H, W)))
         rig.run("composite")
         np.testing.assert_allclose(rig.read("hybrid")[..., :3], 0.5, rtol=3 * FLOAT16)

@@ -90,7 +90,7 @@ def test_dilation_is_that_by_discs_and_never_smaller(ctx: moderngl.Context) -> N
     coc = np.full((H, W), 3.0)
     for _ in range(25):  # specks of every blur, more than a tile and less
         y, x = RNG.integers(0, H - 3), RNG.integers(0, W - 3)
-        coc[y : y + 3, x : x + 3] = -RNG.choice([1.0, 3.0, 8.0, 20.0, 45.0, 70.0])
+        coc[y : y + 3, x : x + 3] = -RNG.choice([1.0, 3.0, 8.0, 20.0, 45.0, 60.0])  # below the first halving
     with HybridRig(ctx, (W, H)) as rig:
         give(rig, coc)
         rig.run(*MASKING)
@@ -100,6 +100,25 @@ def test_dilation_is_that_by_discs_and_never_smaller(ctx: moderngl.Context) -> N
     # A row keeps its strongest edge only: a pixel may take the response of another that covers it, never a stronger.
     assert (mask[..., 0] <= response + 1 / 255).all()
     assert (mask[..., 1] <= feather + 1e-3).all()
+
+
+@pytest.mark.parametrize("blur", [70.0, 150.0])
+def test_a_coarser_mask_loses_no_pixel_and_adds_less_than_its_texel(ctx: moderngl.Context, blur: float) -> None:
+    coc = np.full((H, W), 3.0)
+    for _ in range(6):
+        y, x = RNG.integers(0, H - 3), RNG.integers(0, W - 3)
+        coc[y : y + 3, x : x + 3] = -RNG.choice([3.0, 8.0, 20.0])
+    coc[40:43, 100:103] = -blur
+    with HybridRig(ctx, (W, H)) as rig:
+        give(rig, coc)
+        rig.run(*MASKING)
+        edges, mask = rig.read("mask_edges"), rig.read("mask")[..., 0] > 0.0
+    side = 1 << twin.mask_level(edges[..., 1].max())
+    assert side == {70.0: 2, 150.0: 4}[blur]
+    grown = np.where(edges[..., 1] > 0.0, edges[..., 1] + 2.0 * twin.coarse_margin_half(side) + 0.1, 0.0)
+    least, most = (twin.dilated(edges[..., 0], reach)[0] > 0.0 for reach in (edges[..., 1], grown))
+    assert (mask >= least).all()
+    assert (mask <= most).all()
 
 
 def test_the_dilation_reaches_all_that_the_lens_smears_an_edge_over(ctx: moderngl.Context) -> None:

@@ -36,12 +36,16 @@ def reconstructed(
     """Both layers after the pass, their statistics made from `near`, `far` and the given variance per ray."""
     count = np.broadcast_to(rays * held, HALF)
     state = np.stack([count, count, near[..., 3], np.broadcast_to(held, HALF)], -1)
-    noise = np.stack([np.full(HALF, coc[0]), np.full(HALF, coc[1]), near[..., 0], np.broadcast_to(variance, HALF)], -1)
-    far_noise = np.stack([far[..., 0], np.broadcast_to(variance, HALF)], -1)
     with HybridRig(ctx, (W, H), settings) as rig:
-        rig.give(near_light=near, far_light=far, layer_state=state, layer_noise=noise, far_noise=far_noise)
+        rig.give(near_light=near, far_light=far, layer_state=state)
+        rig.give(layer_coc=np.broadcast_to(coc, (*HALF, 2)), layer_moments=moments(near[..., 0], far[..., 0], variance))
         rig.run("reconstruct")
         return rig.read("near_smooth"), rig.read("far_smooth")
+
+
+def moments(near: np.ndarray, far: np.ndarray, variance: float | np.ndarray) -> np.ndarray:
+    """Means of the near and the far part's light, with as much variance per ray."""
+    return np.stack([near, near**2 + variance, far, far**2 + variance], -1)
 
 
 def ratios() -> np.ndarray:
@@ -91,10 +95,11 @@ def test_a_sample_whose_blur_ends_before_the_pixel_does_not_leak_in(ctx: moderng
     left = np.broadcast_to(left, HALF)
     ratio = np.ones(HALF)
     near = light(np.where(left, 1.0, 0.0), ratio)
-    noise = np.stack([np.where(left, -1.0, -40.0), ratio * 0.0, near[..., 0], ratio], -1)
+    coc = np.stack([np.where(left, -1.0, -40.0), ratio * 0.0], -1)
     with HybridRig(ctx, (W, H), put(Settings(), "reconstruct.radius", 1.0)) as rig:
         state = np.stack([ratio * RAYS, ratio * RAYS, ratio, ratio], -1)
-        rig.give(near_light=near, far_light=light(0.0, 1.0 - ratio), layer_state=state, layer_noise=noise)
+        rig.give(near_light=near, far_light=light(0.0, 1.0 - ratio), layer_state=state, layer_coc=coc)
+        rig.give(layer_moments=moments(near[..., 0], 0.0 * ratio, 1.0))
         rig.run("reconstruct")
         smooth = rig.read("near_smooth")
     np.testing.assert_allclose(smooth[..., 0], near[..., 0], atol=FLOAT16)
