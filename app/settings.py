@@ -102,7 +102,10 @@ class Mask:
     )
     threshold: float = knob(0.1, 0.0, 1.0, doc="Mask responses below this get no rays.")
     variance: float = knob(
-        2.0, 0.0, 100.0, doc="Rays for noisy pixels: weight of the deviation of a pixel's rays beside the edge response."
+        2.0,
+        0.0,
+        100.0,
+        doc="Rays for noise: weight of the deviation of a pixel's rays beside the edge response.",
     )
 
 

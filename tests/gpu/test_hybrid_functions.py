@@ -15,7 +15,7 @@ RNG = np.random.default_rng(5)
 N = 2000
 UNIT = RNG.random(N)
 COC = RNG.uniform(-60.0, 20.0, N)
-# Near and far part of a light, and of its square with some spread: far enough from none for the root to keep its digits.
+# Near and far part of a light, and of its square with some spread: enough for the root to keep its digits.
 MOMENTS = np.stack([0.3 * UNIT, 0.3 * UNIT + 0.1, 0.3 * (1.0 - UNIT), 0.3 * (1.0 - UNIT) + 0.1], -1)
 ROUNDING = 2e-6  # a few float32 operations on values near 1
 

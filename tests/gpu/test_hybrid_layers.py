@@ -215,7 +215,9 @@ def test_one_colour_everywhere_stays_that_colour(ctx: moderngl.Context) -> None:
     held = np.stack([ratio * 0 + 4.0, ratio * 0 + 4.0, ratio, np.rint(RNG.random(HALF))], -1)
     mask = np.stack([np.ones(HALF), RNG.random(HALF)], -1)
     with HybridRig(ctx, (W, H)) as rig:
-        give_picture(rig, 0.0, 0.5, 1.0, post_behind=flat, post=flat, far_blur=far, layer_state=held, mask=mask, **layers)
+        give_picture(
+            rig, 0.0, 0.5, 1.0, post_behind=flat, post=flat, far_blur=far, layer_state=held, mask=mask, **layers
+        )
         rig.give(coc=RNG.uniform(-4.0, 4.0, (H, W)))
         rig.run("composite")
         np.testing.assert_allclose(rig.read("hybrid")[..., :3], 0.5, rtol=3 * FLOAT16)
