@@ -20,8 +20,11 @@ def blurred(settings: Settings, facts: Facts) -> Need:
 
 
 def lens_defines(settings: Settings, facts: Facts) -> Defines:
-    """Aperture shape, compiled in: a circle costs no trigonometry."""
-    return (("BLADES", settings.lens.blades if settings.lens.blades >= 3 else 0),)
+    """Aperture shape, compiled in: a circle costs no trigonometry, and a lens without a barrel no test of it."""
+    return (
+        ("BLADES", settings.lens.blades if settings.lens.blades >= 3 else 0),
+        ("CAT_EYE", int(settings.lens.cat_eye > 0.0)),
+    )
 
 
 def gather_defines(settings: Settings, facts: Facts) -> Defines:

@@ -58,8 +58,8 @@ TARGETS: dict[str, Target] = {
         Target("hybrid", 4, "f2", "the hybrid picture, radiance"),
         # ray-traced view and raster reference
         Target("traced", 4, "f4", "mean radiance over lens samples; a: number of samples", filter="nearest"),
-        Target("traced_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan)", filter="nearest", show="signed", range=(-1e-6, 1e-6)),
-        Target("reference", 4, "f4", "mean radiance over rasterised lens points; a: number of points", filter="nearest"),
+        Target("traced_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan); a: lens samples tried", filter="nearest", show="signed", range=(-1e-6, 1e-6)),
+        Target("reference", 4, "f4", "mean radiance over rasterised lens points; a: number of points that count", filter="nearest"),
         Target("reference_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan)", filter="nearest", show="signed", range=(-1e-6, 1e-6)),
         # output
         Target("resolved", 4, "f4", "temporally anti-aliased radiance; a: frames accumulated", history=True),
