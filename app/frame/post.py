@@ -102,7 +102,7 @@ POST = (
     Pass(
         "post",
         "dof/post.comp",
-        reads=("lit", "coc", "near_blur", "far_blur", "prefiltered", "tiles_dilated"),
+        reads=("lit", "coc", "near_blur", "far_blur", "half_color", "tiles_dilated"),
         optional=("near_specular",),
         writes=("post",),
         needed=blurred,

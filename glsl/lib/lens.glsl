@@ -43,6 +43,13 @@ vec2 lens_point(vec2 square, int blades, float rotation, float anamorphic, float
     return vec2(point.x / anamorphic, point.y);
 }
 
+// Mean square distance of the aperture's light from its centre: of a disc 1/2, of a regular n-gon in the unit circle
+// (2 + cos(2 pi / n)) / 6; aberration s moves the enclosed-area fraction's mean from 1/2 to 1/2 + s/6.
+float lens_spread(int blades, float anamorphic, float aberration) {
+    float even = blades < 3 ? 0.5 : (2.0 + cos(2.0 * PI / float(blades))) / 6.0;
+    return even * (1.0 + aberration / 3.0) * 0.5 * (1.0 + 1.0 / (anamorphic * anamorphic));
+}
+
 // Where the barrel's disc lies, seen from a point of the image: cat-eye vignetting. Light from off the axis must also
 // pass a second rim in front of the aperture, of the lens' own radius, and crosses it on the side it comes from; so
 // what passes is a disc shifted away from what is looked at, by cat_eye in the picture's corners.
