@@ -122,7 +122,7 @@ def lens_spread(blades: int = 0, anamorphic: float = 1.0, aberration: float = 0.
     enclosed-area fraction from 1/2 to 1/2 + s/6.
     """
     even = 0.5 if blades < 3 else (2.0 + math.cos(2.0 * math.pi / blades)) / 6.0
-    return even * (1.0 + aberration / 3.0) * 0.5 * (1.0 + anamorphic**-2.0)
+    return even * (1.0 + aberration / 3.0) * 0.5 * (1.0 + 1.0 / (anamorphic * anamorphic))
 
 
 def barrel_shift(image_px: ArrayLike, size_px: ArrayLike, cat_eye: float) -> Array:
@@ -136,7 +136,7 @@ def barrel_shift(image_px: ArrayLike, size_px: ArrayLike, cat_eye: float) -> Arr
     focus, mirrored by their negative coc, on the side towards it.
     """
     image_px, size_px = np.asarray(image_px, np.float64), np.asarray(size_px, np.float64)
-    return -cat_eye * (2.0 * image_px - size_px) / np.linalg.norm(size_px)
+    return np.asarray(-cat_eye * (2.0 * image_px - size_px) / np.linalg.norm(size_px))
 
 
 def passes_barrel(point: ArrayLike, shift: ArrayLike) -> NDArray[np.bool_]:

@@ -1,7 +1,7 @@
 // Blurs each sample over the area that one tap of the gather stands for, so that the few taps miss nothing between
 // them.
-// Reads: half_color (radiance; a: signed CoC, full-res px). Writes: prefiltered (radiance, filtered; a: signed radius of
-// the disc that is left for the gather to draw, full-res px). Both half resolution.
+// Reads: half_color (radiance; a: signed CoC, full-res px). Writes: prefiltered (radiance, filtered; a: signed radius
+// of the disc that is left for the gather to draw, full-res px). Both half resolution.
 // Method: bilateral prefilter of Jimenez 2014: taps about the texel, kept to its own surface by CoC, in the shape of
 // the open lens. Variances of blurs add, so the filter takes its own from the CoC's, but not on a surface so small that
 // it finds no neighbours to mix with: there it spreads nothing.
@@ -13,7 +13,7 @@ uniform sampler2D in_half_color;
 layout(rgba16f) uniform writeonly image2D out_prefiltered;
 
 const float FINE_RADIUS_HALF = 3.5;  // radius up to which two rings leave no gap
-const float ISOLATED = 0.5;  // part of the filter within its own surface below which that surface hides nothing of its edge
+const float ISOLATED = 0.5;  // part of the filter on its own surface: half on a straight edge, less on what is small
 
 void main() {
     place_kernel(0, 2, 0u);

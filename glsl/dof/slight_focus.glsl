@@ -18,7 +18,8 @@ void place_taps() {
     barrier();
 }
 
-// The nearest pixel of a tap blurs by this variance [px^2] along each axis, which the splat gives up, as in gather.comp.
+// The nearest pixel of a tap blurs by this variance [px^2] along each axis, which the splat gives up, as in
+// gather.comp.
 const float NEAREST_VARIANCE_PX2 = 1.0 / 12.0;
 
 // Radiance at `pixel` of CoC `own` [px], from a kernel of `radius` px.

@@ -59,7 +59,7 @@ float shrunk_px2(float radius, float variance, float spread) {
 // and it shall be that of the splat, radius2 (1/2 + s / 6).
 float fitted_px2(float radius2, float spacing, float s) {
     float unit2 = spacing * spacing, t = radius2 / unit2, j = ceil(sqrt(t) - 0.5);
-    if (j < 1.0) return radius2;  // all in the centre tap
+    if (j < 2.0) return radius2;  // one ring about the centre tap: narrower, it would draw a point with a halo
     float a = (j - 0.5) * (j - 0.5), b = (j + 0.5) * (j + 0.5), inner = j * (j - 1.0);
     float constant = 0.5 * (a + b) - t * (0.5 + s / 6.0), linear = 0.5 * (1.0 - s) * a * b;
     float square = s * (3.0 * a * a * b - a * a * a + 2.0 * inner * inner) / 6.0;

@@ -3,8 +3,8 @@
 // Writes (updated in place, full resolution): reference (mean radiance; a: number of frames that count),
 //   reference_error (what rounding has so far withheld from the mean).
 // Method: mean += (x - mean) / n with compensated addition (Kahan 1965): past thousands of frames the update is smaller
-// than half an ulp of the mean and would be lost. A frame does not count at pixels for which the lens' barrel blocks its
-// lens point.
+// than half an ulp of the mean and would be lost. A frame does not count at pixels for which the lens' barrel blocks
+// its lens point.
 #include "shared/frame.glsl"
 #include "lib/lens.glsl"
 #include "lib/running_mean.glsl"

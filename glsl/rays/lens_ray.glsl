@@ -23,11 +23,12 @@ bool open_lens(vec2 pixel_px, vec2 square) {
 }
 
 // Where in the unit square the ray of sample `index` takes its lens point: `square`, that sample's own, or if the
-// barrel blocks it the first that passes of the same sample under other scrambles. Each is uniform and independent of
-// the rest, so what passes is uniform over the open part of the lens; and a pixel of few rays loses none of them.
+// barrel blocks it the first that passes of points elsewhere in the sequence, so that a pixel of few rays loses none of
+// them. They are picked at random: the same sample under another scramble would lie where the first one determines, and
+// no number of rays would fill the open lens evenly.
 vec2 lens_sample(vec2 pixel_px, vec2 square, uint index, uint seed) {
     for (uint i = 1u; i < MOST_TRIES && !open_lens(pixel_px, square); i++) {
-        square = sobol4(index, seed + 4u * i).xy;  // four dimensions take four seeds in a row
+        square = sobol4(hash_u32(index * MOST_TRIES + i), seed).xy;
     }
     return square;
 }

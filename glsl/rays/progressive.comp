@@ -25,7 +25,7 @@ void main() {
     uint index = uint(error.a), seed = pixel_seed(uvec2(p), frame.seed);
     for (uint i = 0u; i < frame.samples_per_frame; ++i) {
         vec4 s = sobol4(index++, seed);
-        // What the barrel blocks is passed over: the sequence stays evenly spread over the part of the lens that is open.
+        // What the barrel blocks is passed over: the rest of the sequence is as evenly spread over the open lens.
         for (uint t = 1u; t < MOST_TRIES && !open_lens(vec2(p) + s.zw, s.xy); ++t) s = sobol4(index++, seed);
         float depth;
         vec3 position;
