@@ -1,4 +1,4 @@
-"""The barrel changes the shape of blur only: a flat surface, and what is in focus, keep their radiance in every view."""
+"""The barrel changes the shape of blur only: a flat surface, blurred or in focus, keeps its radiance in every view."""
 
 from __future__ import annotations
 
