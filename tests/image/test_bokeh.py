@@ -33,7 +33,7 @@ PLACE_PX = 0.25  # an eighth of a half-resolution texel
 # upsampling, add a variance of 1/4 and 2/3 px^2 along each axis, 2.3 % of the area at a radius of 12 px.
 HALF_RES_RAYS_PX2 = 1 / 4 + 2 / 3
 # Its reconstruction takes from a pixel that hit the light more than it gives to those that missed it, for it judges
-# noise by the pixel's own rays: up to 5 % of a near light. The rays themselves are tested without it.
+# noise by the pixel's own rays: up to 7 % of a near light. The rays themselves are tested without it.
 RAYS_ALONE = {"reconstruct__spatial": "off"}
 
 
