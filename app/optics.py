@@ -113,3 +113,44 @@ def lens_area(blades: int = 0, anamorphic: float = 1.0) -> float:
     """Area of the aperture in units of its half diameter squared: pi for a disc."""
     area = math.pi if blades < 3 else 0.5 * blades * math.sin(2.0 * math.pi / blades)
     return area / anamorphic
+
+
+def lens_spread(blades: int = 0, anamorphic: float = 1.0, aberration: float = 0.0) -> float:
+    """Mean square distance of the aperture's light from its centre, in units of its half diameter squared.
+
+    Of a disc 1/2, of a regular n-gon in the unit circle (2 + cos(2 pi / n)) / 6; aberration s moves the mean of the
+    enclosed-area fraction from 1/2 to 1/2 + s/6.
+    """
+    even = 0.5 if blades < 3 else (2.0 + math.cos(2.0 * math.pi / blades)) / 6.0
+    return even * (1.0 + aberration / 3.0) * 0.5 * (1.0 + 1.0 / (anamorphic * anamorphic))
+
+
+def barrel_shift(image_px: ArrayLike, size_px: ArrayLike, cat_eye: float) -> Array:
+    """Where the lens barrel's disc lies (n, 2) [half lens diameters], seen from a point of the image (n, 2) [px].
+
+    Cat-eye vignetting: light from off the axis must also pass a second rim of the lens' own radius, in front of the
+    aperture (Kolb, Mitchell and Hanrahan 1995 trace the real ones). A ray from the right that meets the aperture at u
+    crosses that rim further right, at u plus a length that grows with the angle, so the part of the lens that passes
+    is a disc shifted to the left: away from what is looked at, by `cat_eye` in the corners. Blurred lights behind
+    focus, which lie at u coc from their place, are cut on the side away from the picture's centre; those in front of
+    focus, mirrored by their negative coc, on the side towards it.
+    """
+    image_px, size_px = np.asarray(image_px, np.float64), np.asarray(size_px, np.float64)
+    return np.asarray(-cat_eye * (2.0 * image_px - size_px) / np.linalg.norm(size_px))
+
+
+def passes_barrel(point: ArrayLike, shift: ArrayLike) -> NDArray[np.bool_]:
+    """Whether light through aperture point (n, 2) passes the barrel shifted by `shift` (n, 2)."""
+    apart = np.asarray(point, np.float64) - np.asarray(shift, np.float64)
+    return np.asarray(np.sum(apart * apart, -1) <= 1.0)
+
+
+def barrel_reach(point: ArrayLike, shift: ArrayLike) -> Array:
+    """The factor that lengthens `point` (n, 2; not 0) until it meets the barrel's rim, for a shift no longer than 1.
+
+    With |f point - shift| = 1: the positive root f.
+    """
+    point, shift = np.asarray(point, np.float64), np.asarray(shift, np.float64)
+    square, along = np.sum(point * point, -1), np.sum(point * shift, -1)
+    rest = np.maximum(1.0 - np.sum(shift * shift, -1), 0.0)
+    return np.asarray((along + np.sqrt(along * along + square * rest)) / square)

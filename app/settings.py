@@ -69,6 +69,9 @@ class Lens:
     spherical_aberration: float = knob(
         0.0, -1.0, 1.0, doc="Brightness of the bokeh's rim (positive) against its centre (negative)."
     )
+    cat_eye: float = knob(
+        0.0, 0.0, 1.0, doc="How far the barrel narrows bokeh towards the corners; its shape only, brightness is kept."
+    )
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,11 @@ def blurred(settings: Settings, facts: Facts) -> Need:
 
 
 def lens_defines(settings: Settings, facts: Facts) -> Defines:
-    """Aperture shape, compiled in: a circle costs no trigonometry."""
-    return (("BLADES", settings.lens.blades if settings.lens.blades >= 3 else 0),)
+    """Aperture shape, compiled in: a circle costs no trigonometry, and a lens without a barrel no test of it."""
+    return (
+        ("BLADES", settings.lens.blades if settings.lens.blades >= 3 else 0),
+        ("CAT_EYE", int(settings.lens.cat_eye > 0.0)),
+    )
 
 
 def gather_defines(settings: Settings, facts: Facts) -> Defines:
@@ -99,7 +102,7 @@ POST = (
     Pass(
         "post",
         "dof/post.comp",
-        reads=("lit", "coc", "near_blur", "far_blur", "prefiltered", "tiles_dilated"),
+        reads=("lit", "coc", "near_blur", "far_blur", "half_color", "tiles_dilated"),
         optional=("near_specular",),
         writes=("post",),
         offers=("post_behind",),

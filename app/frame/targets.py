@@ -26,7 +26,7 @@ TARGETS: dict[str, Target] = {
         Target("tiles_dilated", 2, "f4", "x: most negative, y: largest CoC that reaches the tile, full-res px", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0)),
         Target("half_color", 4, "f2", "radiance of the 2x2 block's chosen layer; a: its signed CoC radius, full-res px", 2),
         Target("half_specular", 1, "f2", "specular luminance of that layer", 2, show="scalar"),
-        Target("prefiltered", 4, "f2", "half_color blurred over the area that one tap of the gather stands for; a: signed CoC radius, full-res px", 2),
+        Target("prefiltered", 4, "f2", "half_color blurred over the area that one tap of the gather stands for; a: signed radius left to draw, full-res px", 2),
         Target("near_gather", 4, "f2", "near layer, premultiplied by coverage; a: coverage", 2),
         Target("far_gather", 4, "f2", "radiance of what lies behind the near layer; a: 1 where any was seen", 2),
         Target("near_specular", 1, "f2", "specular luminance of the near layer, premultiplied by coverage", 2, show="scalar"),
@@ -62,8 +62,8 @@ TARGETS: dict[str, Target] = {
         Target("hybrid", 4, "f2", "the hybrid picture, radiance"),
         # ray-traced view and raster reference
         Target("traced", 4, "f4", "mean radiance over lens samples; a: number of samples", filter="nearest"),
-        Target("traced_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan)", filter="nearest", show="signed", range=(-1e-6, 1e-6)),
-        Target("reference", 4, "f4", "mean radiance over rasterised lens points; a: number of points", filter="nearest"),
+        Target("traced_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan); a: lens samples tried", filter="nearest", show="signed", range=(-1e-6, 1e-6)),
+        Target("reference", 4, "f4", "mean radiance over rasterised lens points; a: number of points that count", filter="nearest"),
         Target("reference_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan)", filter="nearest", show="signed", range=(-1e-6, 1e-6)),
         # output
         Target("resolved", 4, "f4", "temporally anti-aliased radiance; a: frames accumulated", history=True),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .hybrid import trace_defines
+from .post import lens_defines
 from .records import Pass
 
 TRACED = (
@@ -18,5 +19,11 @@ TRACED = (
 )
 
 REFERENCE = (
-    Pass("reference", "output/accumulate_mean.comp", reads=("color=lit",), updates=("reference", "reference_error")),
+    Pass(
+        "reference",
+        "output/accumulate_mean.comp",
+        reads=("color=lit",),
+        updates=("reference", "reference_error"),
+        defines=lens_defines,
+    ),
 )

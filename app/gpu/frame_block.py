@@ -49,15 +49,21 @@ class FrameInputs:
         return r2(self.frame_index) if self.settings.temporal.antialias else (0.0, 0.0)
 
     @cached_property
-    def lens_offset_m(self) -> tuple[float, float]:
-        """Where on the lens this raster frame is seen from, along the image's right and up [m]."""
+    def lens_point(self) -> tuple[float, float]:
+        """Where on the lens this raster frame is seen from, along the image's right and up [half diameters]."""
         if not self.through_lens:
             return 0.0, 0.0
         lens = self.settings.lens
         x, y = lens_point(
             self.lens_sample[:2], lens.blades, math.radians(lens.rotation), lens.anamorphic, lens.spherical_aberration
         )
-        return float(x) * lens.aperture / 2, float(y) * lens.aperture / 2
+        return float(x), float(y)
+
+    @cached_property
+    def lens_offset_m(self) -> tuple[float, float]:
+        """The same in metres."""
+        x, y = self.lens_point
+        return x * self.settings.lens.aperture / 2, y * self.settings.lens.aperture / 2
 
 
 def frame_block(inputs: FrameInputs) -> np.ndarray:
@@ -95,6 +101,8 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "lens_anamorphic": lens.anamorphic,
         "lens_rotation": math.radians(lens.rotation),
         "lens_aberration": lens.spherical_aberration,
+        "lens_cat_eye": lens.cat_eye,
+        "lens_point": inputs.lens_point,
         "frame_index": inputs.frame_index,
         "seed": int(hash_u32(inputs.seed)),
         "exposure": 2.0**settings.shading.exposure,

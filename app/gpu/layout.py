@@ -148,6 +148,8 @@ FRAME = struct(
         "lens_anamorphic": ("float", "horizontal squeeze of the aperture: x is scaled by 1/this"),
         "lens_rotation": ("float", "rad"),
         "lens_aberration": ("float", "s of the area weight 1 + s(2t - 1), -1..1"),
+        "lens_cat_eye": ("float", "shift of the barrel's disc seen from a corner, half lens diameters"),
+        "lens_point": ("vec2", "raster reference: this frame's point of the lens, half diameters"),
         "frame_index": ("uint", "counts from 0 at the last history reset"),
         "seed": ("uint", ""),
         "exposure": ("float", "linear factor before tone mapping"),

@@ -1,7 +1,7 @@
 // Collects, for each half-res texel, the light of every sample whose circle of confusion covers it: a near layer with
 // coverage, and what lies behind.
-// Reads: prefiltered (radiance; a: signed CoC, full-res px; half resolution), tiles_dilated (px, one texel per 16x16
-// px), half_specular (luminance, half resolution, lit scenes only).
+// Reads: prefiltered (radiance; a: signed radius left to draw, px; half resolution), tiles_dilated (px, one texel per
+// 16x16 px), half_specular (luminance, half resolution, lit scenes only).
 // Writes: near_gather (premultiplied; a: coverage), far_gather (radiance behind the near layer; a: 1 where something
 // was found), near_specular (luminance, premultiplied, lit scenes only), half resolution.
 // Method: scatter-as-gather of Jimenez 2014 with two differences. (1) A tap's weight is the part of the sample's splat
@@ -9,9 +9,8 @@
 // right for every CoC under one kernel. (2) A sample shows with the CoC of the nearer of itself and the receiving
 // texel, which draws the silhouette between them (lib/splat.glsl).
 #include "shared/frame.glsl"
-#include "lib/kernel.glsl"
 #include "dof/layers.glsl"
-#include "dof/spacing.glsl"
+#include "dof/taps.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;  // 8x8 half-res texels are one tile: its extent is uniform
 uniform sampler2D in_prefiltered;
@@ -23,34 +22,21 @@ uniform sampler2D in_half_specular;
 layout(r16f) uniform writeonly image2D out_near_specular;
 #endif
 
-shared vec2 taps[KERNEL_TAPS];  // points of the aperture
-ivec2 last;                   // index of the last texel
+ivec2 last;  // index of the last texel
 
 // Drawing at half resolution is itself a blur: the 2x2 mean and the nearest texel of a tap add a variance of 1/3 px^2
-// each, bilinear upsampling 2/3, and the prefilter's disc of radius r adds r^2 / 4. The splat's disc shrinks until the
-// sum is the variance of the CoC's disc, but to no less than half its radius. Squared radius [px^2].
+// each, bilinear upsampling 2/3, along each axis. The splat shrinks until the sum is the variance of what the prefilter
+// left to draw, but to no less than half its radius. Squared radius [px^2].
 const float HALF_RES_VARIANCE_PX2 = 4.0 / 3.0;
-float splat_px2(float radius) {
-    float prefilter = prefilter_px(radius), square = radius * radius;
-    return max(square - 4.0 * HALF_RES_VARIANCE_PX2 - prefilter * prefilter, 0.25 * square);
+float splat_px2(float radius, Opening opening) {
+    return shrunk_px2(radius, HALF_RES_VARIANCE_PX2, opening.spread);
 }
 
-// Share of the light of a splat of `radius` [px] that lands between two rims of the kernel [px].
-float tap_light(float radius, float inner, float outer) {
-    return ring_light(inner * inner, outer * outer, splat_px2(radius), frame.lens_aberration);
-}
-
-// Fills `taps` for a kernel of n rings; the whole work group calls it.
-void place_taps(int n) {
-    barrier();
-    for (int i = int(gl_LocalInvocationIndex); i < kernel_taps(n); i += 64) {
-        taps[i] = kernel_tap(i, n, frame.frame_index, BLADES, frame.lens_rotation, frame.lens_anamorphic);
-    }
-    barrier();
-}
-
-ivec2 tap_texel(ivec2 texel, int tap, float radius_half) {
-    return clamp(ivec2(floor(vec2(texel) + 0.5 + radius_half * taps[tap])), ivec2(0), last);
+// The texel that a tap samples, `side` 1 in front of focus, where light crosses over in the lens, and -1 behind. The
+// kernel of a CoC `reach` [px] is smaller, of `radius` px, about the middle of what is open of the lens.
+ivec2 tap_texel(ivec2 texel, Tap tap, float side, float reach, float radius, Opening opening) {
+    vec2 offset_px = radius * tap.point + (reach - radius) * opening.middle;
+    return clamp(ivec2(floor(vec2(texel) + 0.5 + 0.5 * side * offset_px)), ivec2(0), last);
 }
 
 struct Near {
@@ -61,26 +47,25 @@ struct Near {
 
 // What is in front of focus within `radius` px, and what it lets through. The kernel is mirrored: near light crosses
 // over in the lens.
-Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
+Near gather_near(ivec2 texel, vec4 own, float nearest, int n, Opening opening) {
     vec4 fore = vec4(0.0), middle = vec4(0.0), behind = vec4(0.0);
     vec2 specular = vec2(0.0);
-    float radius = sqrt(splat_px2(nearest));
+    float radius = kernel_px(splat_px2(nearest, opening), n, opening);
     for (int k = 0; k <= n; k++) {
-        float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
-        int first = first_tap(k), count = ring_taps(k);
+        Ring ring = ring_at(0, k, n, radius, frame.frame_index, opening);
         // What a near surface hides is best guessed from what shows closest by: a weight that falls steeply, and so
         // faint that it counts only where no sample's own blur reaches.
         float guess = 1e-3 / (float(k * k * k * k) + 1.0);
-        for (int i = first; i < first + count; i++) {
-            ivec2 there = tap_texel(texel, i, 0.5 * radius);
+        for (int i = ring.first; i < ring.end; i++) {
+            Tap place = tap_at(i, ring, opening);
+            ivec2 there = tap_texel(texel, place, 1.0, -nearest, radius, opening);
             vec4 tap = texelFetch(in_prefiltered, there, 0);
             float share = near_layer_share(tap.a), front = fore_share(tap.a, nearest, frame.layer_fade_px);
-            float light = share * tap_light(silhouette_px(own.a, tap.a), inner, outer) / float(count);
+            float light = share * tap_light(splat_px2(silhouette_px(own.a, tap.a), opening), ring, place, opening);
             vec4 color = vec4(tap.rgb, 1.0);
             fore += light * front * color;
             middle += light * (1.0 - front) * color;
-            float blur = tap_light(tap.a, inner, outer) / float(count);
-            behind += (1.0 - share) * (blur + guess) * color;
+            behind += (1.0 - share) * (tap_light(splat_px2(tap.a, opening), ring, place, opening) + guess) * color;
 #if HAS_NEAR_SPECULAR
             specular += light * vec2(front, 1.0 - front) * texelFetch(in_half_specular, there, 0).r;
 #endif
@@ -92,15 +77,15 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n) {
 
 // The picture behind the near layer at a texel behind focus: surfaces nearer than its own cover their share of it, the
 // rest shows through.
-vec4 gather_far(ivec2 texel, vec4 own, int n) {
+vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
     vec4 fore = vec4(0.0), rest = vec4(0.0);
-    float radius = sqrt(splat_px2(own.a));
+    float radius = kernel_px(splat_px2(own.a, opening), n, opening);
     for (int k = 0; k <= n; k++) {
-        float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
-        int first = first_tap(k), count = ring_taps(k);
-        for (int i = first; i < first + count; i++) {
-            vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, i, -0.5 * radius), 0);
-            float light = tap_light(silhouette_px(own.a, tap.a), inner, outer) / float(count);
+        Ring ring = ring_at(0, k, n, radius, frame.frame_index, opening);
+        for (int i = ring.first; i < ring.end; i++) {
+            Tap place = tap_at(i, ring, opening);
+            vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, place, -1.0, own.a, radius, opening), 0);
+            float light = tap_light(splat_px2(silhouette_px(own.a, tap.a), opening), ring, place, opening);
             light *= 1.0 - near_layer_share(tap.a);
             float front = fore_share(tap.a, own.a - frame.layer_fade_px, frame.layer_fade_px);
             fore += light * front * vec4(tap.rgb, 1.0);
@@ -117,17 +102,23 @@ void main() {
     vec2 reach = texelFetch(in_tiles_dilated, ivec2(gl_WorkGroupID.xy), 0).xy;
     vec4 own = texelFetch(in_prefiltered, min(texel, last), 0);
 
+    place_rim();
+    barrier();
+    Opening opening = opening_at(2.0 * (vec2(texel) + 0.5));
     Near near = Near(vec4(0.0), 0.0, vec4(0.0));
     if (-reach.x > HALF_RES_BEGIN_PX) {
         int n = ring_count(-0.5 * reach.x, RINGS);
-        place_taps(n);
-        near = gather_near(texel, own, reach.x, n);
+        place_kernel(0, n, frame.frame_index);
+        barrier();
+        near = gather_near(texel, own, reach.x, n, opening);
+        barrier();
     }
     vec4 behind = near_layer_share(own.a) > 0.0 ? near.behind : vec4(own.rgb, 1.0);
     if (reach.y > HALF_RES_BEGIN_PX) {
         int n = ring_count(0.5 * reach.y, RINGS);
-        place_taps(n);
-        if (own.a > HALF_RES_BEGIN_PX) behind = gather_far(texel, own, n);
+        place_kernel(0, n, frame.frame_index);
+        barrier();
+        if (own.a > HALF_RES_BEGIN_PX) behind = gather_far(texel, own, n, opening);
     }
     if (!inside) return;
     imageStore(out_near_gather, texel, near.layer);

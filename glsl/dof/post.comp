@@ -1,9 +1,14 @@
 // Puts the blurred picture together at full resolution: what is sharp, what is blurred behind it, and the near layer
 // over both.
 // Reads: lit (radiance), coc (px), full resolution; near_blur (premultiplied; a: coverage), far_blur (radiance; a:
+<<<<<<< HEAD
 // validity), prefiltered (a: CoC, px), near_specular (luminance, lit scenes only), half resolution; tiles_dilated (px).
 // Writes: post (radiance; a: specular luminance of the near layer, premultiplied); post_behind (radiance behind the near
 // layer; a: 1 where anything was seen) if the hybrid reads it; full resolution.
+=======
+// validity), half_color (a: CoC, px), near_specular (luminance, lit scenes only), half resolution; tiles_dilated (px).
+// Writes: post (radiance; a: specular luminance of the near layer, premultiplied), full resolution.
+>>>>>>> cateye
 // Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC
 // (joint bilateral upsampling, Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
 #include "shared/frame.glsl"
@@ -16,7 +21,7 @@ uniform sampler2D in_lit;
 uniform sampler2D in_coc;
 uniform sampler2D in_near_blur;
 uniform sampler2D in_far_blur;
-uniform sampler2D in_prefiltered;
+uniform sampler2D in_half_color;
 uniform sampler2D in_tiles_dilated;
 layout(rgba16f) uniform writeonly image2D out_post;
 #if HAS_POST_BEHIND
@@ -40,7 +45,7 @@ vec4 upsampled(ivec2 pixel, float own) {
         ivec2 side = ivec2(i & 1, i >> 1);
         ivec2 texel = clamp(corner + side, ivec2(0), last);
         vec2 bilinear = mix(1.0 - f, f, vec2(side));
-        float apart = abs(texelFetch(in_prefiltered, texel, 0).a - own);
+        float apart = abs(texelFetch(in_half_color, texel, 0).a - own);
         float same = 1.0 - smoothstep(0.0, frame.layer_fade_px, apart);
         float w = bilinear.x * bilinear.y * max(same, OTHER_SURFACE);
         sum += w * texelFetch(in_far_blur, texel, 0);

@@ -1,42 +1,54 @@
 // Blurs each sample over the area that one tap of the gather stands for, so that the few taps miss nothing between
 // them.
-// Reads: half_color (radiance; a: signed CoC, full-res px). Writes: prefiltered (the same, filtered). Both half
-// resolution.
+// Reads: half_color (radiance; a: signed CoC, full-res px). Writes: prefiltered (radiance, filtered; a: signed radius
+// of the disc that is left for the gather to draw, full-res px). Both half resolution.
 // Method: bilateral prefilter of Jimenez 2014: taps about the texel, kept to its own surface by CoC, in the shape of
-// the aperture.
+// the open lens. Variances of blurs add, so the filter takes its own from the CoC's, but not on a surface so small that
+// it finds no neighbours to mix with: there it spreads nothing.
 #include "shared/frame.glsl"
-#include "lib/kernel.glsl"
-#include "dof/spacing.glsl"
+#include "dof/taps.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_half_color;
 layout(rgba16f) uniform writeonly image2D out_prefiltered;
 
-const float FINE_RADIUS_HALF = 3.5;  // radius up to which two rings of bilinear taps leave no gap
-shared vec2 taps[25 + KERNEL_TAPS];  // a kernel of two rings, and the gather's own
+const float FINE_RADIUS_HALF = 3.5;  // radius up to which two rings leave no gap
+const float ISOLATED = 0.5;  // part of the filter on its own surface: half on a straight edge, less on what is small
 
 void main() {
-    for (int i = int(gl_LocalInvocationIndex); i < 25 + KERNEL_TAPS; i += 64) {
-        int n = i < 25 ? 2 : RINGS;
-        taps[i] = kernel_tap(i < 25 ? i : i - 25, n, 0u, BLADES, frame.lens_rotation, frame.lens_anamorphic);
-    }
+    place_kernel(0, 2, 0u);
+    place_kernel(SMALL_TAPS, RINGS, 0u);
+    place_rim();
     barrier();
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy), last = imageSize(out_prefiltered) - 1;
     if (any(greaterThan(texel, last))) return;
     vec4 own = texelFetch(in_half_color, texel, 0);
-    float radius_half = 0.5 * prefilter_px(own.a);
+    float radius = prefilter_px(own.a), side = own.a < 0.0 ? 1.0 : -1.0;
+    if (radius == 0.0) {
+        imageStore(out_prefiltered, texel, own);
+        return;
+    }
+    bool fine = 0.5 * radius <= FINE_RADIUS_HALF;
+    int n = fine ? 2 : RINGS, begin = fine ? 0 : SMALL_TAPS;
+    Opening opening = opening_at(2.0 * (vec2(texel) + 0.5));
     vec3 sum = own.rgb;
-    float weight = 1.0;
-    if (radius_half > 0.0) {
-        bool fine = radius_half <= FINE_RADIUS_HALF;
-        int first = fine ? 0 : 25, count = fine ? 25 : KERNEL_TAPS;
-        for (int i = first + 1; i < first + count; i++) {
-            vec2 position = vec2(texel) + 0.5 + radius_half * taps[i];
-            vec4 tap = textureLod(in_half_color, position / vec2(last + 1), 0.0);
-            float same = 1.0 - smoothstep(0.0, 1.0, abs(tap.a - own.a) / frame.layer_fade_px);
+    float weight = 1.0, all = 1.0;
+    for (int k = 1; k <= n; k++) {
+        Ring ring = ring_at(begin, k, n, radius, 0u, opening);
+        for (int i = ring.first; i < ring.end; i++) {
+            Tap place = tap_at(i, ring, opening);
+            vec2 offset_px = radius * (place.point - opening.middle);
+            // The nearest texel: a mean of two surfaces' CoC would be a third surface's.
+            ivec2 there = clamp(ivec2(floor(vec2(texel) + 0.5 + 0.5 * side * offset_px)), ivec2(0), last);
+            vec4 tap = texelFetch(in_half_color, there, 0);
+            float part = place.weight.x * float(ring.end - ring.first);
+            float same = part * (1.0 - smoothstep(0.0, 1.0, abs(tap.a - own.a) / frame.layer_fade_px));
             sum += same * tap.rgb;
             weight += same;
+            all += part;
         }
     }
-    imageStore(out_prefiltered, texel, vec4(sum / weight, own.a));
+    float spread = radius * smoothstep(ISOLATED, 1.0, weight / all);
+    float left = sqrt(own.a * own.a - spread * spread);  // the filter's radius is a small part of the CoC's
+    imageStore(out_prefiltered, texel, vec4(sum / weight, -side * left));
 }

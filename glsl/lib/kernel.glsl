@@ -29,6 +29,14 @@ vec2 aperture_point(float turn, float area, int blades, float rotation, float an
     return vec2(point.x / anamorphic, point.y);
 }
 
+// The gauge of ring k's taps in frame `index_of_frame`: 0 in the aperture's centre, 1 on its rim. Frames move a ring
+// within its own area.
+float tap_gauge(int k, int n, uint index_of_frame) {
+    if (k == 0) return 0.0;
+    float inner = ring_rim(k - 1, n), outer = ring_rim(k, n);
+    return sqrt(mix(inner * inner, outer * outer, fract(0.5 + float(index_of_frame & 1023u) * GOLDEN)));
+}
+
 // Where in the aperture tap `index` of a kernel of n rings samples in frame `index_of_frame`: each frame turns the
 // rings and moves them within their own area, so that the mean over frames fills the aperture evenly.
 vec2 kernel_tap(int index, int n, uint index_of_frame, int blades, float rotation, float anamorphic) {
@@ -37,7 +45,6 @@ vec2 kernel_tap(int index, int n, uint index_of_frame, int blades, float rotatio
     int k = int((1.0 + sqrt(float(index) + 0.5)) * 0.5);
     float frame = float(index_of_frame & 1023u);  // exact in float, and fract() of its multiples keeps its bits
     float turn = (float(index - first_tap(k)) + fract(float(k) * GOLDEN + frame * ROOT)) / float(ring_taps(k));
-    float inner = ring_rim(k - 1, n), outer = ring_rim(k, n);
-    float area = mix(inner * inner, outer * outer, fract(0.5 + frame * GOLDEN));
-    return aperture_point(turn, area, blades, rotation, anamorphic);
+    float gauge = tap_gauge(k, n, index_of_frame);
+    return aperture_point(turn, gauge * gauge, blades, rotation, anamorphic);
 }

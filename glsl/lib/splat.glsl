@@ -38,6 +38,35 @@ float ring_light(float inner2, float outer2, float radius2, float aberration) {
     return enclosed_light(outer2 * inverse2, aberration) - enclosed_light(inner2 * inverse2, aberration);
 }
 
+// The same, unweighted, of the enclosed-area fraction t (x) and of its square (y): (1 - s) x + s y is ring_light.
+vec2 ring_area(float inner2, float outer2, float radius2) {
+    vec2 t = min(vec2(inner2, outer2) / max(radius2, SMALLEST_SPLAT_PX2), 1.0);
+    return vec2(t.y - t.x, t.y * t.y - t.x * t.x);
+}
+
+// Squared radius of a splat of `radius` that gives up `variance` along each axis, but no more than half its radius.
+// `spread` is the mean square distance of the light of a splat of radius 1 from its middle.
+float shrunk_px2(float radius, float variance, float spread) {
+    float square = radius * radius;
+    return max(square - 2.0 * variance / spread, 0.25 * square);
+}
+
+// Squared radius to share out over rings `spacing` apart in place of `radius2`, so that what is drawn is as wide as the
+// splat is. A ring spreads its share over its whole area: the one that the splat ends in beyond the splat's rim, the
+// others evenly, whatever the aberration s. With the rims of that ring, j, at a and b (squared, in squares of the
+// spacing), the second moment of what is drawn is a quadratic in y, the inverse of the squared radius:
+//     (a + b) / 2 - y (1 - s) a b / 2 - y^2 s (3 a^2 b - a^3 + 2 j^2 (j - 1)^2) / 6,
+// and it shall be that of the splat, radius2 (1/2 + s / 6).
+float fitted_px2(float radius2, float spacing, float s) {
+    float unit2 = spacing * spacing, t = radius2 / unit2, j = ceil(sqrt(t) - 0.5);
+    if (j < 2.0) return radius2;  // one ring about the centre tap: narrower, it would draw a point with a halo
+    float a = (j - 0.5) * (j - 0.5), b = (j + 0.5) * (j + 0.5), inner = j * (j - 1.0);
+    float constant = 0.5 * (a + b) - t * (0.5 + s / 6.0), linear = 0.5 * (1.0 - s) * a * b;
+    float square = s * (3.0 * a * a * b - a * a * a + 2.0 * inner * inner) / 6.0;
+    float y = 2.0 * constant / max(linear + sqrt(max(linear * linear + 4.0 * square * constant, 0.0)), 1e-6);
+    return unit2 / clamp(y, 1.0 / b, 1.0 / a);
+}
+
 // 1 for a sample that belongs to the blurred near layer, 0 from the in-focus zone backwards, smooth between |coc| =
 // begin and end.
 float front_share(float coc, float begin, float end) {

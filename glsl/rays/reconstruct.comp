@@ -6,7 +6,8 @@
 // Method: poster, 2.2: a circular gather scaled by CoC, here one radius a layer, so that what is in focus behind blur
 // stays sharp. Samples whose CoC is smaller than their distance are rejected. The accumulated variance, pooled over the
 // kernel, says how much of the neighbours' spread is noise, and so how much to take from them (Lee 1980): nothing in
-// converged regions. Rings lie at most two texels apart and turn each frame, so the finest level of detail serves.
+// converged regions. Rings lie at most two texels apart and turn each frame, so the finest level of detail serves. The
+// barrel's cut is left out: it would change which neighbours serve, a fifth of the CoC away, not what they are.
 #include "shared/frame.glsl"
 #include "lib/kernel.glsl"
 #include "lib/reconstruct.glsl"

@@ -50,9 +50,10 @@ void main() {
     vec2 circle = vec2(0.0);
     for (uint i = 0u; i < rays; ++i) {
         vec4 s = sobol4(first + i, seed);
+        vec2 pixel_px = 2.0 * (vec2(p) + s.zw), lens = lens_sample(pixel_px, s.xy, first + i, seed);
         float depth;
         vec3 position;
-        vec4 color = vec4(finite(radiance(lens_ray(2.0 * (vec2(p) + s.zw), s.xy), depth, position).rgb), 1.0);
+        vec4 color = vec4(finite(radiance(lens_ray(pixel_px, lens), depth, position).rgb), 1.0);
         float coc = coc_px(depth, frame.coc_scale_px, frame.inverse_focus);
         float share = near_share(coc, IN_FOCUS_COC_PX, frame.focus_blend);
         near += share * color;

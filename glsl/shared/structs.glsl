@@ -43,7 +43,7 @@ struct Light {  // 64 bytes
     uint unused1;  // @60  padding
 };
 
-struct Frame {  // 576 bytes
+struct Frame {  // 592 bytes
     mat4 view;  // @0  world to view (-z forward)
     mat4 view_proj;  // @64  world to clip, jittered (and sheared for the raster reference)
     mat4 view_to_world;  // @128  inverse of view
@@ -65,30 +65,32 @@ struct Frame {  // 576 bytes
     float lens_anamorphic;  // @468  horizontal squeeze of the aperture: x is scaled by 1/this
     float lens_rotation;  // @472  rad
     float lens_aberration;  // @476  s of the area weight 1 + s(2t - 1), -1..1
-    uint frame_index;  // @480  counts from 0 at the last history reset
-    uint seed;  // @484
-    float exposure;  // @488  linear factor before tone mapping
-    uint light_count;  // @492
-    uint samples_per_frame;  // @496  traced view: lens samples per pixel added this frame
-    uint slice_begin;  // @500  traced view: first row of this frame's slice, px
-    uint slice_end;  // @504  one past its last row
-    float ray_budget;  // @508  hybrid: mean rays per masked pixel
-    uint max_rays;  // @512  hybrid: most rays for one pixel
-    float mask_sensitivity;  // @516  s of the mask's saturating response
-    float focus_blend;  // @520  width of the near/far split, as CoC radius in px
-    float history_alpha;  // @524  smallest blend factor of the ray accumulation
-    float reconstruct_radius;  // @528  radius of the layers' spatial reconstruction, of CoC
-    float blend_hit_ratio;  // @532  far: rays count below this hit ratio
-    float blend_specular;  // @536  near: specular luminance at which the post-process wins
-    float taa_alpha;  // @540  blend factor of the newest frame
-    uint camera_moved;  // @544  1 if the view changed since last frame
-    uint history_valid;  // @548  0 right after a reset
-    float mask_threshold;  // @552  mask responses below get no rays
-    float mask_variance;  // @556  weight of the rays' deviation in the ray budget
-    float mask_smoothing;  // @560  standard deviation of the mask's Gaussian, half-res px
-    float layer_fade_px;  // @564  post-process: CoC difference over which a sample passes from fore- to background
-    float overlay_range_lo;  // @568  value shown as the colour map's start
-    float overlay_range_hi;  // @572  value shown as its end
+    float lens_cat_eye;  // @480  shift of the barrel's disc seen from a corner, half lens diameters
+    vec2 lens_point;  // @488  raster reference: this frame's point of the lens, half diameters
+    uint frame_index;  // @496  counts from 0 at the last history reset
+    uint seed;  // @500
+    float exposure;  // @504  linear factor before tone mapping
+    uint light_count;  // @508
+    uint samples_per_frame;  // @512  traced view: lens samples per pixel added this frame
+    uint slice_begin;  // @516  traced view: first row of this frame's slice, px
+    uint slice_end;  // @520  one past its last row
+    float ray_budget;  // @524  hybrid: mean rays per masked pixel
+    uint max_rays;  // @528  hybrid: most rays for one pixel
+    float mask_sensitivity;  // @532  s of the mask's saturating response
+    float focus_blend;  // @536  width of the near/far split, as CoC radius in px
+    float history_alpha;  // @540  smallest blend factor of the ray accumulation
+    float reconstruct_radius;  // @544  radius of the layers' spatial reconstruction, of CoC
+    float blend_hit_ratio;  // @548  far: rays count below this hit ratio
+    float blend_specular;  // @552  near: specular luminance at which the post-process wins
+    float taa_alpha;  // @556  blend factor of the newest frame
+    uint camera_moved;  // @560  1 if the view changed since last frame
+    uint history_valid;  // @564  0 right after a reset
+    float mask_threshold;  // @568  mask responses below get no rays
+    float mask_variance;  // @572  weight of the rays' deviation in the ray budget
+    float mask_smoothing;  // @576  standard deviation of the mask's Gaussian, half-res px
+    float layer_fade_px;  // @580  post-process: CoC difference over which a sample passes from fore- to background
+    float overlay_range_lo;  // @584  value shown as the colour map's start
+    float overlay_range_hi;  // @588  value shown as its end
 };
 
 struct BvhNode {  // 64 bytes

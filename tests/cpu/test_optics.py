@@ -15,12 +15,16 @@ from app.optics import (
     SKY_DEPTH,
     aberrated_area,
     aberration_weight,
+    barrel_reach,
+    barrel_shift,
     coc_px,
     coc_scale_px,
     concentric_disc,
     lens_area,
     lens_gauge,
     lens_point,
+    lens_spread,
+    passes_barrel,
 )
 from app.sampling import sobol4
 
@@ -242,3 +246,58 @@ def test_rays_and_ring_weights_show_one_bokeh(s: float, blades: int) -> None:
 def test_aberration_keeps_the_order_of_radii(s: float, a: float, b: float) -> None:
     assume(a < b)
     assert float(aberrated_area(a, s)) <= float(aberrated_area(b, s))
+
+
+@pytest.mark.parametrize("s", [-0.7, 0.0, 1.0])
+@EACH_APERTURE
+def test_spread_is_the_mean_square_of_the_points(blades: int, rotation: float, anamorphic: float, s: float) -> None:
+    points = lens_point(sobol4(np.arange(1 << 14), 4)[:, :2], blades, rotation, anamorphic, s)
+    # A turned polygon under a squeeze has the mean over its turns: regular polygons spread alike in all directions.
+    assert np.mean(np.sum(points**2, -1)) == pytest.approx(lens_spread(blades, anamorphic, s), rel=2e-3)
+
+
+# -- the barrel --------------------------------------------------------------------------------------------------------
+
+WIDE = (640, 360)
+
+
+def test_the_barrel_shifts_away_from_what_is_looked_at() -> None:
+    assert (barrel_shift([[320.0, 180.0]], WIDE, 0.8) == 0.0).all()
+    corner, right = barrel_shift([[640.0, 360.0], [640.0, 180.0]], WIDE, 0.8)
+    assert np.linalg.norm(corner) == pytest.approx(0.8, rel=1e-14)
+    assert (corner < 0.0).all()
+    assert right[0] < 0.0
+    assert right[1] == 0.0
+
+
+@given(x=st.floats(-2, 2), y=st.floats(-2, 2), slope_x=st.floats(-1, 1), slope_y=st.floats(-1, 1))
+def test_the_barrel_is_a_second_rim_in_front_of_the_aperture(
+    x: float, y: float, slope_x: float, slope_y: float
+) -> None:
+    """A ray to u from a direction of slope m [m per metre of depth] was at u + m t on the rim's plane, t in front."""
+    u, slope = np.array([x, y]), np.array([slope_x, slope_y])
+    image_px = np.array(WIDE) / 2 * (1.0 + slope / np.array([1.0, WIDE[1] / WIDE[0]]))  # 45 degrees at the side
+    cat_eye = 0.9
+    t = cat_eye * WIDE[0] / math.hypot(*WIDE)  # of the lens' half diameter
+    distance = float(np.linalg.norm(u + t * slope))
+    assume(abs(distance - 1.0) > 1e-12)
+    assert bool(passes_barrel(u, barrel_shift(image_px, WIDE, cat_eye))) == (distance <= 1.0)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3, 1.0])
+def test_what_passes_has_the_area_that_two_discs_share(shift: float) -> None:
+    points = lens_point(sobol4(np.arange(1 << 15), 2)[:, :2])
+    shared = (2.0 * math.acos(shift / 2.0) - shift / 2.0 * math.sqrt(4.0 - shift**2)) / math.pi
+    assert passes_barrel(points, [0.6 * shift, -0.8 * shift]).mean() == pytest.approx(shared, abs=1e-3)
+
+
+@given(x=st.floats(-2, 2), y=st.floats(-2, 2), length=st.floats(0, 1), angle=st.floats(0, 7))
+def test_reach_leads_to_the_barrel_s_rim(x: float, y: float, length: float, angle: float) -> None:
+    assume(math.hypot(x, y) > 1e-3)
+    point, shift = np.array([x, y]), length * np.array([math.cos(angle), math.sin(angle)])
+    reach = float(barrel_reach(point, shift))
+    assert reach >= 0.0
+    # |shift| = 1 leaves 1 - |shift|^2 a few roundings off, of which the root takes the root.
+    assert np.linalg.norm(reach * point - shift) == pytest.approx(1.0, abs=1e-7)
+    if abs(reach - 1.0) > 1e-6:
+        assert bool(passes_barrel(point, shift)) == (reach > 1.0)

@@ -27,9 +27,8 @@ EVERYTHING = Facts(
     near_coc_px=20.0, far_coc_px=20.0, textured=True, normal_mapped=True, emissive=True, alpha_masked=True, lights=2,
     sun=True, camera_moved=True,
 )  # fmt: skip
-COMPILED = {
-    p: v for p, leaf, v in walk(Settings()) if leaf.metadata["static"] or p in ("lens.blades", "overlay.focus_plane")
-}
+BRANCHES = ("lens.blades", "lens.cat_eye", "overlay.focus_plane")  # compiled in as well, for speed
+COMPILED = {p: v for p, leaf, v in walk(Settings()) if leaf.metadata["static"] or p in BRANCHES}
 ENUMS = ("shading.mode", "shading.tone_map")
 SHOWN = sorted(set(TARGETS) - {"display", "resolved"})
 FINAL = (resolve_pass("lit"), display_pass("lit", Settings(), EVERYTHING), show_pass(TARGETS["lit"]))
@@ -42,15 +41,22 @@ flags = {f.name: st.booleans() for f in fields(Facts) if f.type == "bool"}
 facts = st.builds(Facts, st.floats(0, 500), st.floats(0, 500), lights=st.integers(0, 4), **flags)
 
 
+def others(path: str, default: object) -> list[object]:
+    """Values of a compiled-in setting that may change the plan."""
+    if isinstance(default, bool):
+        return [not default]
+    if path in ENUMS:
+        return list(type(default))  # type: ignore[call-overload, no-any-return]
+    return [1.0] if isinstance(default, float) else [3, 8]
+
+
 @st.composite
 def planning_settings(draw: st.DrawFn) -> Settings:
     """Values of the settings that planning looks at: those compiled in, and the aperture."""
-    choices = {
-        p: [not v] if isinstance(v, bool) else list(type(v)) if p in ENUMS else [3, 8] for p, v in COMPILED.items()
-    }
+    choices = {p: others(p, v) for p, v in COMPILED.items()}
     settings = put(Settings(), "lens.aperture", draw(st.sampled_from([0.0, 0.05])))
-    for path, others in choices.items():
-        settings = put(settings, path, draw(st.sampled_from([COMPILED[path], *others])))
+    for path, values in choices.items():
+        settings = put(settings, path, draw(st.sampled_from([COMPILED[path], *values])))
     return settings
 
 
@@ -193,7 +199,7 @@ def test_static_settings_reach_a_define_and_others_do_not() -> None:
             other = not value if isinstance(value, bool) else [0.1, 0.2, 0.3] if isinstance(value, tuple) else value
             other = leaf.metadata["high"] if other == value else other
         changed = permutations(from_dict({path: other})) != permutations(Settings())
-        assert changed == (path in COMPILED), path  # blades and the overlay are compiled in as well, for speed
+        assert changed == (path in COMPILED), path
 
 
 # -- the tables --------------------------------------------------------------------------------------------------------

@@ -66,7 +66,7 @@ class PostRig:
         block["size_px"], block["frame_index"], block["max_coc_px"] = self.size, index, self.max_coc_px
         block["layer_fade_px"] = self.settings.post.layer_fade
         block["lens_anamorphic"], block["lens_rotation"] = lens.anamorphic, math.radians(lens.rotation)
-        block["lens_aberration"] = lens.spherical_aberration
+        block["lens_aberration"], block["lens_cat_eye"] = lens.spherical_aberration, lens.cat_eye
         return block
 
     def _call(self, call: Call) -> None:

@@ -47,6 +47,28 @@ def ring_light(inner2: ArrayLike, outer2: ArrayLike, radius2: ArrayLike, aberrat
     return enclosed_light(np.asarray(outer2) / r2, aberration) - enclosed_light(np.asarray(inner2) / r2, aberration)
 
 
+def ring_area(inner2: ArrayLike, outer2: ArrayLike, radius2: ArrayLike) -> Array:
+    r2 = np.maximum(radius2, 1e-6)
+    inner, outer = (np.minimum(np.asarray(x) / r2, 1.0) for x in (inner2, outer2))
+    return np.stack([outer - inner, outer**2 - inner**2], -1)
+
+
+def shrunk_px2(radius: ArrayLike, variance: ArrayLike, spread: ArrayLike) -> Array:
+    square = np.square(np.asarray(radius, float))
+    return np.maximum(square - 2.0 * np.asarray(variance) / spread, 0.25 * square)
+
+
+def fitted_px2(radius2: ArrayLike, spacing: ArrayLike, s: ArrayLike) -> Array:
+    radius2, s, unit2 = np.asarray(radius2, float), np.asarray(s, float), np.square(np.asarray(spacing, float))
+    t = radius2 / unit2
+    j = np.ceil(np.sqrt(t) - 0.5)
+    a, b = np.square(j - 0.5), np.square(j + 0.5)
+    constant, linear = 0.5 * (a + b) - t * (0.5 + s / 6.0), 0.5 * (1.0 - s) * a * b
+    square = s * (3.0 * a * a * b - a**3 + 2.0 * np.square(j * (j - 1.0))) / 6.0
+    y = 2.0 * constant / np.maximum(linear + np.sqrt(np.maximum(linear**2 + 4.0 * square * constant, 0.0)), 1e-6)
+    return np.where(j < 2.0, radius2, unit2 / np.clip(y, 1.0 / b, 1.0 / a))
+
+
 def front_share(coc: ArrayLike, begin: ArrayLike, end: ArrayLike) -> Array:
     return smoothstep(begin, end, -np.asarray(coc, float))
 
@@ -96,15 +118,17 @@ def aperture_point(turn: float, area: float, blades: int, rotation: float, anamo
     return point / np.array([anamorphic, 1.0])
 
 
+def tap_gauge(k: int, n: int, frame: int) -> float:
+    inner, outer = ring_rim(k - 1, n) ** 2, ring_rim(k, n) ** 2
+    return math.sqrt(inner + (outer - inner) * ((0.5 + (frame & 1023) * GOLDEN) % 1.0)) if k else 0.0
+
+
 def kernel_tap(index: int, n: int, frame: int, blades: int, rotation: float, anamorphic: float) -> Array:
     if index == 0:
         return np.zeros(2)
     k = (math.isqrt(index) + 1) // 2
     turn = (index - first_tap(k) + (k * GOLDEN + (frame & 1023) * ROOT) % 1.0) / ring_taps(k)
-    inner, outer = ring_rim(k - 1, n) ** 2, ring_rim(k, n) ** 2
-    return aperture_point(
-        turn, inner + (outer - inner) * ((0.5 + (frame & 1023) * GOLDEN) % 1.0), blades, rotation, anamorphic
-    )
+    return aperture_point(turn, tap_gauge(k, n, frame) ** 2, blades, rotation, anamorphic)
 
 
 def tile_reach(radius: ArrayLike) -> NDArray[np.int64]:

@@ -65,3 +65,35 @@ def test_aberrated_area_solves_its_equation(ctx: moderngl.Context) -> None:
     s64 = s.astype(float)
     residual = (1.0 - s64) * t + s64 * t * t - u
     assert (np.abs(residual) <= 8.0 * EPS * (np.abs(1.0 - s64) * t + np.abs(s64) * t * t)).all()
+
+
+def test_the_barrel(ctx: moderngl.Context) -> None:
+    size, cat_eye = (640.0, 360.0), float(np.float32(0.8))
+    image_px = (rng.random((2000, 2)) * size).astype(np.float32)
+    shift = call_glsl(ctx, FILE, "vec2 barrel_shift(vec2 p, vec2 s, float c)", image_px, size, cat_eye).astype(float)
+    np.testing.assert_allclose(shift, optics.barrel_shift(image_px, size, cat_eye), atol=8 * EPS)
+    point = (2.0 * rng.random((2000, 2)) - 1.0).astype(np.float32)
+    apart = np.linalg.norm(point.astype(float) - shift, axis=-1)
+    passes = call_glsl(ctx, FILE, "bool passes_barrel(vec2 p, vec2 s)", point, shift).astype(bool)
+    clear = np.abs(apart - 1.0) > 8 * EPS
+    assert clear.sum() > 1900
+    assert (passes == optics.passes_barrel(point.astype(float), shift))[clear].all()
+
+
+def test_the_barrel_s_reach(ctx: moderngl.Context) -> None:
+    """By where it leads: f itself is ill-conditioned for points close to the centre, the rim's distance is not."""
+    point = (2.0 * rng.random((2000, 2)) - 1.0).astype(np.float32)
+    angle, length = 7.0 * rng.random(2000), rng.random(2000)
+    shift = (0.99 * length[:, None] * np.stack([np.cos(angle), np.sin(angle)], -1)).astype(np.float32)
+    reach = call_glsl(ctx, FILE, "float barrel_reach(vec2 p, vec2 s)", point, shift).astype(float)
+    led = np.linalg.norm(reach[:, None] * point - shift, axis=-1)
+    # Both terms of the sum are at most 1 / |p|, so a few roundings of the longer one are what the rim may be off by;
+    # where they cancel, the root's argument has lost as much again over 1 - |shift|^2 >= 0.02.
+    assert np.abs(led - 1.0).max() < 64 * EPS
+    np.testing.assert_allclose(reach, optics.barrel_reach(point.astype(float), shift.astype(float)), rtol=1e-4)
+
+
+@EACH_APERTURE
+def test_lens_spread(ctx: moderngl.Context, blades: int, rotation: float, anamorphic: float) -> None:
+    found = call_glsl(ctx, FILE, "float lens_spread(int b, float a, float s)", blades, anamorphic, 0.7)
+    assert found[0] == pytest.approx(optics.lens_spread(blades, anamorphic, 0.7), rel=16 * EPS)

@@ -52,6 +52,44 @@ def test_ring_light_matches_its_twin(ctx: moderngl.Context) -> None:
     assert np.abs(got - twin.ring_light(inner2, outer2, radius2, s)).max() < 24 * EPS
 
 
+def test_splat_radii_match_their_twins(ctx: moderngl.Context) -> None:
+    radius, spacing, s = f32(rng.uniform(0.1, 40, 5000)), f32(rng.uniform(0.3, 9, 5000)), f32(rng.uniform(-1, 1, 5000))
+    variance, spread = f32(rng.uniform(0, 2, 5000)), f32(rng.uniform(0.1, 0.7, 5000))
+    got = call_glsl(ctx, SPLAT, "float shrunk_px2(float r, float v, float s)", radius, variance, spread)
+    np.testing.assert_allclose(got, twin.shrunk_px2(radius, variance, spread), atol=8 * EPS * 1600)
+    radius2 = f32(radius**2)
+    got = call_glsl(ctx, SPLAT, "float fitted_px2(float r, float d, float s)", radius2, spacing, s)
+    # Between two rims the fit moves by the ring's width while its argument does: up to 20 ulp of the ring's number
+    # squared, and a rim taken for its neighbour's ring fits as well.
+    np.testing.assert_allclose(got, twin.fitted_px2(radius2, spacing, s), rtol=1e-3)
+    inner2, outer2 = f32(rng.uniform(0, 900, 5000)), f32(rng.uniform(900, 1800, 5000))
+    got = call_glsl(ctx, SPLAT, "vec2 ring_area(float a, float b, float r)", inner2, outer2, radius2)
+    np.testing.assert_allclose(got, twin.ring_area(inner2, outer2, radius2), atol=8 * EPS)
+
+
+def test_a_ring_s_light_is_its_two_areas_weighted() -> None:
+    inner2, outer2, radius2, s = rng.uniform(0, 9, 99), rng.uniform(9, 30, 99), rng.uniform(1, 40, 99), 0.7
+    even, squared = np.moveaxis(twin.ring_area(inner2, outer2, radius2), -1, 0)
+    light = twin.ring_light(inner2, outer2, radius2, s)
+    np.testing.assert_allclose((1 - s) * even + s * squared, light, atol=1e-12)
+
+
+@pytest.mark.parametrize("aberration", [-0.7, 0.0, 0.7])
+def test_a_fitted_splat_is_drawn_as_wide_as_it_is(aberration: float) -> None:
+    """Rings spread their light evenly over their area, whatever part of them the splat covers."""
+    rims = np.concatenate([[0.0], twin.ring_rim(np.arange(9), 8)]) ** 2
+    middles = np.concatenate([[0.0], (rims[2:] + rims[1:-1]) / 2])  # the centre tap lies in the centre
+    for radius2 in np.linspace(0.2, 0.95, 40):
+        fitted = float(twin.fitted_px2(radius2, 1 / 8.5, aberration))
+        light = twin.ring_light(rims[:-1], rims[1:], fitted, aberration)
+        assert light.sum() == pytest.approx(1.0, abs=1e-12)
+        # A splat that ends on a rim cannot end beyond it, as a bright rim would ask: gather kernels leave that room.
+        on_rim = np.abs(fitted / rims[1:] - 1.0).min() < 1e-9
+        room = max(aberration, 0.0) * 2.0 / (3.0 * 8.5**2 * radius2) if on_rim else 0.0
+        # Left out of the fit: the light of the centre tap, 1/289 of the area, not quite in the centre.
+        assert (light * middles).sum() == pytest.approx(radius2 * (0.5 + aberration / 6.0), rel=1e-3 + room)
+
+
 @pytest.mark.parametrize("aberration", [-1.0, 0.0, 0.7])
 def test_rings_of_a_kernel_share_out_a_splat_exactly(aberration: float) -> None:
     for n in (1, 2, 4, 8):

@@ -9,72 +9,113 @@ import moderngl
 import numpy as np
 
 from app.camera import Camera
-from app.optics import coc_px, coc_scale_px
+from app.optics import barrel_shift, coc_px, coc_scale_px, lens_point, lens_spread, passes_barrel
+from app.sampling import sobol4
 from app.scene.model import Material
 
 from ..gpu.small_scenes import quad, scene_of
 from .stage import Stage, stage_of
 
-SIZE = (96, 72)
+SIZE = (144, 108)
 CAMERA = Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0), math.radians(40))
-FOCUS, APERTURE = 2.0, 0.6  # m
-RADIANCE = 20.0  # bright enough that its bokeh stays above 1
+FOCUS = 2.0  # m
+RADIANCE = 20.0  # bright enough that its bokeh stays above 1 up to a radius of 12 px
 SIDE_PX = 6.0  # of the quad's sharp picture
-CENTRE_PX = (50.4, 33.7)  # from the bottom left: nowhere special in its pixel
-DEPTHS = {"near": 1.15, "far": 12.0}  # m: CoC radii of 11.0 and 12.4 px
+CENTRE_PX = (76.4, 50.7)  # from the bottom left: nowhere special in its pixel
+CORNER_PX = (112.4, 80.7)  # as far towards the top right as a radius of 20 px leaves room: 0.52 of the half diagonal
+DEPTHS = {"near": 1.15, "far": 12.0}  # m
 
 
-def stage(ctx: moderngl.Context, depth: float, **settings: object) -> Stage:
-    """The quad at planar depth `depth` [m], of the same sharp size and place at every depth."""
+@dataclass(frozen=True)
+class Light:
+    """The quad in front of or behind focus (`side`: a key of DEPTHS), blurred to a circle of `radius_px`."""
+
+    side: str
+    radius_px: float = 12.0
+    centre_px: tuple[float, float] = CENTRE_PX
+
+    @property
+    def coc_px(self) -> float:
+        """Signed."""
+        return self.radius_px if self.side == "far" else -self.radius_px
+
+    @property
+    def aperture(self) -> float:
+        """Of the lens that blurs it so [m]."""
+        of_a_metre = float(coc_px(DEPTHS[self.side], coc_scale_px(1.0, SIZE[1], CAMERA.fov_y), 1.0 / FOCUS))
+        return self.coc_px / of_a_metre
+
+
+def stage(ctx: moderngl.Context, light: Light, **settings: object) -> Stage:
+    """The quad, of the same sharp size and place at every depth."""
+    depth = DEPTHS[light.side]
     metre = SIZE[1] / (2 * depth * math.tan(CAMERA.fov_y / 2))  # px per metre
-    x, y = ((CENTRE_PX[i] - SIZE[i] / 2 - SIDE_PX / 2) / metre for i in (0, 1))
-    light = quad((x, y, -depth), (SIDE_PX / metre, 0, 0), (0, SIDE_PX / metre, 0))
+    x, y = ((light.centre_px[i] - SIZE[i] / 2 - SIDE_PX / 2) / metre for i in (0, 1))
+    emitter = quad((x, y, -depth), (SIDE_PX / metre, 0, 0), (0, SIDE_PX / metre, 0))
     material = Material(base_color=(0.0, 0.0, 0.0, 1.0), emissive=(RADIANCE, RADIANCE / 2, RADIANCE / 4))
     lens = {
-        "lens__aperture": APERTURE,
+        "lens__aperture": light.aperture,
         "lens__focus_distance": FOCUS,
         "shading__mode": "unlit",
         "shading__background": [0.0] * 3,
         "post__max_coc": 0.3,
     }
-    return stage_of(ctx, scene_of([light], [material]), CAMERA, **(lens | settings))
-
-
-def coc_radius(depth: float) -> float:
-    """Signed CoC radius [px]."""
-    return float(coc_px(depth, coc_scale_px(APERTURE, SIZE[1], CAMERA.fov_y), 1 / FOCUS))
+    return stage_of(ctx, scene_of([emitter], [material]), CAMERA, **(lens | settings))
 
 
 @dataclass(frozen=True)
 class Moments:
-    """A bokeh's energy [radiance px^2], centroid [px from the bottom left] and variance along x and y [px^2]."""
+    """A bokeh's energy [radiance px^2], centroid [px from the bottom left] and covariance [px^2]."""
 
     energy: float
     centroid: np.ndarray
-    variance: np.ndarray
+    covariance: np.ndarray
+
+    @property
+    def area(self) -> float:
+        """Of the uniform ellipse that spreads as wide [px^2]: unlike a count of bright pixels or (sum L)^2 / sum L^2 it
+        does not grow where a rim is drawn softer about the same place.
+        """
+        return 4.0 * math.pi * math.sqrt(float(np.linalg.det(self.covariance)))
 
 
 def moments(picture: np.ndarray) -> Moments:
     """Of a linear picture (h, w, 3), top row first; the red channel."""
     light = picture[::-1, :, 0]
     y, x = np.indices(light.shape) + 0.5
-    energy = float(light.sum())
-    at = np.stack([x, y])
-    centroid = (at * light).sum((1, 2)) / energy
-    variance = ((at - centroid[:, None, None]) ** 2 * light).sum((1, 2)) / energy
-    return Moments(energy, centroid, variance)
+    return weighted(np.stack([x, y], -1).reshape(-1, 2), light.ravel())
 
 
-def expected(depth: float, blades: int = 0, anamorphic: float = 1.0, aberration: float = 0.0) -> Moments:
+def weighted(points: np.ndarray, weights: np.ndarray) -> Moments:
+    """Of points (n, 2) [px] with weights (n,)."""
+    energy = float(weights.sum())
+    centroid = (points * weights[:, None]).sum(0) / energy
+    off = points - centroid
+    return Moments(energy, centroid, (off * weights[:, None]).T @ off / energy)
+
+
+def expected(light: Light, blades: int = 0, anamorphic: float = 1.0, aberration: float = 0.0) -> Moments:
     """Closed form: the quad's square convolved with the aperture scaled by the CoC radius; a pixel adds its own square.
 
-    Mean square radius of a disc whose enclosed-area fraction t has density 1 + s (2t - 1): 1/2 + s/6; of a regular
-    n-gon in the unit circle: (2 + cos(2 pi / n)) / 6. Each axis has half of it, over the squeeze's square in x.
+    Each axis has half of the lens' mean square radius, over the squeeze's square in x.
     """
-    mean_square = (2 + math.cos(2 * math.pi / blades)) / 6 if blades >= 3 else 0.5 + aberration / 6
-    lens = coc_radius(depth) ** 2 * mean_square / 2 / np.array([anamorphic**2, 1.0])
+    along = light.radius_px**2 * lens_spread(blades, 1.0, aberration) / 2 / np.array([anamorphic**2, 1.0])
     squares = (SIDE_PX**2 + 1.0) / 12
-    return Moments(RADIANCE * SIDE_PX**2, np.array(CENTRE_PX), lens + squares)
+    return Moments(RADIANCE * SIDE_PX**2, np.array(light.centre_px), np.diag(along + squares))
+
+
+def expected_cut(light: Light, cat_eye: float, blades: int = 0) -> Moments:
+    """With a barrel: each of the light's points sends each lens point's share to its place in the picture, where it
+    counts if the barrel, seen from there, lets it pass, over the share of the lens that passes there.
+    """
+    samples = sobol4(np.arange(1 << 14), 5)
+    lens = lens_point(samples[:, :2], blades)
+    places = np.array(light.centre_px) + SIDE_PX * (samples[:, 2:] - 0.5) + light.coc_px * lens
+    shifts = barrel_shift(places, SIZE, cat_eye)
+    passing = passes_barrel(lens, shifts)
+    open_share = np.array([passes_barrel(lens[:1024], shift).mean() for shift in shifts[passing]])
+    found = weighted(places[passing], RADIANCE * SIDE_PX**2 / len(lens) / open_share)
+    return Moments(found.energy, found.centroid, found.covariance + np.eye(2) / 12)
 
 
 def sixfold(picture: np.ndarray) -> complex:
