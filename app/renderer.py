@@ -20,7 +20,7 @@ from .gpu.programs import Compiled, Programs, check_names
 from .gpu.scene import GpuScene
 from .gpu.targets import Targets
 from .gpu.timing import Profiler
-from .scene.facts import Facts, frame_facts
+from .scene.facts import Facts, frame_facts, is_cut
 from .settings import Settings, history_key
 
 SLICE_AIM = 0.7  # part of the time budget that a slice of rows is planned to fill: the estimate is noisy
@@ -59,25 +59,39 @@ class Renderer:
         self._history: object = None
         self._camera: Camera | None = None
         self._previous: Camera | None = None
+        self._time_s: float | None = None
+        self._previous_s = 0.0
         self._frame = 0
         self._progress = _Progress()
         self.progress_callback: Callable[[str, float], None] | None = None
         self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
-        self.camera_moved = False  # in the last frame, since the one before it
+        self.moved = False  # whether camera or objects did in the last frame, since the one before it
 
     # -- what users call -----------------------------------------------------------------------------------------------
 
     def draw(
-        self, view: str, camera: Camera, settings: Settings, *, time_budget_ms: float | None = None
+        self,
+        view: str,
+        camera: Camera,
+        settings: Settings,
+        *,
+        time_s: float = 0.0,
+        cut: bool = False,
+        time_budget_ms: float | None = None,
     ) -> moderngl.Texture:
         """Draw one frame of `view` (a view or a target's name) and return the `display` texture, bottom row first.
 
-        A still camera and unchanged settings accumulate. With a time budget the traced view does as many rows as fit.
+        `time_s` is when moving objects are shown. A still picture and unchanged settings accumulate; a cut, given or
+        recognised by `app.scene.facts.is_cut`, starts afresh. With a time budget the traced view does as many rows as
+        fit.
         """
         begin_cpu = time.thread_time()
-        facts = self._begin_frame(view, camera, settings, time_budget_ms)
+        if cut or (self._camera and is_cut(self._camera, camera, self.scene.facts, self.scene.near_plane, self.size)):
+            self.reset()
+        facts = self._begin_frame(view, camera, time_s, settings, time_budget_ms)
         plan = self._planned(view, settings, facts)
-        inputs = self._inputs(view, camera, settings, plan, time_budget_ms)
+        inputs = self._inputs(view, camera, settings, plan, time_budget_ms, facts.objects_moved)
+        self.scene.place(time_s, self._previous_s)
         if any(dict(call.defines).get("SHADOWS") for call in plan.calls):
             self.scene.update_shadow()
         self._frame_buffer.write(frame_block(inputs).tobytes())
@@ -164,19 +178,33 @@ class Renderer:
 
     # -- one frame -----------------------------------------------------------------------------------------------------
 
-    def _begin_frame(self, view: str, camera: Camera, settings: Settings, time_budget_ms: float | None) -> Facts:
+    def _begin_frame(
+        self, view: str, camera: Camera, time_s: float, settings: Settings, time_budget_ms: float | None
+    ) -> Facts:
         key = (view, history_key(settings), self.size, id(self.scene))
-        moved = self._camera not in (None, camera)
+        waited = self.scene.facts.objects and self._time_s not in (None, time_s)
+        moved = self._camera not in (None, camera) or waited
         if key != self._history or (moved and view in CONVERGING):
             self._history, self._frame, self._progress = key, 0, _Progress(rows_per_ms=self._progress.rows_per_ms)
-            self._camera = None
+            self._camera = self._time_s = None
             for name in CONVERGING if view in CONVERGING else ():
                 self._targets.clear(name)
         self._previous = self._camera or camera
-        self.camera_moved = camera != self._previous
+        self._previous_s = time_s if self._time_s is None else self._time_s
+        self._time_s = time_s
+        camera_moved = camera != self._previous
+        objects_moved = self.scene.facts.objects and time_s != self._previous_s
+        self.moved = camera_moved or objects_moved
         unsampled = view in LENS_RAYS and time_budget_ms is not None and self._progress.samples == 0
         return frame_facts(
-            self.scene.facts, camera, settings.lens, self.size[1], self.scene.near_plane, self.camera_moved, unsampled
+            self.scene.facts,
+            camera,
+            settings.lens,
+            self.size[1],
+            self.scene.near_plane,
+            camera_moved=camera_moved,
+            objects_moved=objects_moved,
+            unsampled=unsampled,
         )
 
     def _planned(self, view: str, settings: Settings, facts: Facts) -> FramePlan:
@@ -190,7 +218,13 @@ class Renderer:
         return self.plan
 
     def _inputs(
-        self, view: str, camera: Camera, settings: Settings, plan: FramePlan, time_budget_ms: float | None
+        self,
+        view: str,
+        camera: Camera,
+        settings: Settings,
+        plan: FramePlan,
+        time_budget_ms: float | None,
+        objects_moved: bool,
     ) -> FrameInputs:
         return FrameInputs(
             camera=camera,
@@ -204,6 +238,7 @@ class Renderer:
             through_lens=view in LENS_POINTS,
             rows=self._slice(plan, settings, time_budget_ms),
             show=TARGETS[view] if view in TARGETS and view not in VIEWS else None,
+            objects_moved=objects_moved,
         )
 
     def _calls(self, plan: FramePlan) -> tuple[Call, ...]:

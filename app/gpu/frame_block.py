@@ -35,6 +35,7 @@ class FrameInputs:
     through_lens: bool  # rasterise from a lens point instead of the lens centre
     rows: tuple[int, int]  # traced view: first row and one past the last
     show: Target | None  # the target viewer's target
+    objects_moved: bool = False  # since last frame
 
     @cached_property
     def lens_sample(self) -> np.ndarray:
@@ -114,7 +115,7 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "blend_hit_ratio": settings.blend.hit_ratio,
         "blend_specular": settings.blend.specular,
         "taa_alpha": settings.temporal.alpha,
-        "camera_moved": int(inputs.camera != inputs.previous),
+        "moved": int(inputs.objects_moved or inputs.camera != inputs.previous),
         "history_valid": int(inputs.frame_index > 0),
         "overlay_range_lo": range_lo,
         "overlay_range_hi": range_hi,

@@ -17,6 +17,7 @@ MAX_VERTICES = 50_000_000
 MAX_TRIANGLES = 50_000_000
 # A world wider than this leaves float32 less than a millimetre of resolution, and beyond 1e18 m squares overflow.
 MAX_COORDINATE = 1e9
+MAX_MOVING = 255  # objects: their index shares a 32-bit word with the material's (app/gpu/arrays.py)
 
 
 @dataclass(frozen=True)
@@ -84,13 +85,15 @@ def check(raw: RawMesh, where: str) -> None:
 
 
 def check_placed(mesh: Mesh, instance: Instance, where: str) -> None:
-    """Raise UserError unless the instance lies within MAX_COORDINATE of the origin (a NaN transform does not)."""
+    """Raise UserError unless the instance stays within MAX_COORDINATE of the origin (a NaN transform does not)."""
     if not len(mesh.positions):
         return
     low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
     linear, offset = instance.transform[:3, :3], instance.transform[:3, 3]
     with np.errstate(over="ignore", invalid="ignore"):
         reach = np.abs(linear) @ np.maximum(np.abs(low), np.abs(high)) + np.abs(offset)
+        if instance.motion and (reach <= MAX_COORDINATE).all():
+            reach = np.abs(instance.motion.swept(-reach, reach)).max(axis=0)
     if not (reach <= MAX_COORDINATE).all():
         raise UserError(f"{where} is placed too far from the origin ({MAX_COORDINATE:g} m at most): move or scale it.")
 

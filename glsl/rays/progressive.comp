@@ -26,7 +26,8 @@ void main() {
         vec4 s = sobol4(uint(mean.a), seed);
         float depth;
         vec3 position;
-        vec4 color = radiance(lens_ray(vec2(p) + s.zw, s.xy), depth, position);
+        uint object;
+        vec4 color = radiance(lens_ray(vec2(p) + s.zw, s.xy), depth, position, object);
         add_sample(mean, withheld, color.rgb);
     }
     imageStore(out_traced, p, mean);

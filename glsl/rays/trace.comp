@@ -30,8 +30,10 @@ vec2 screen_px(mat4 view_proj, vec3 position) {
     return (0.5 + 0.5 * clip.xy / max(clip.w, 1e-6)) * frame.size_px;
 }
 
-vec2 motion_px(vec3 position) {
-    vec2 moved = screen_px(frame.this_view_proj, position) - screen_px(frame.prev_view_proj, position);
+// Since last frame, of a point of a moving object (0: of what stands still).
+vec2 motion_px(vec3 position, uint object) {
+    vec3 before = previous_position(object, position);
+    vec2 moved = screen_px(frame.this_view_proj, position) - screen_px(frame.prev_view_proj, before);
     return clamp(moved, -2.0 * frame.size_px, 2.0 * frame.size_px);  // behind last frame's camera: off its screen
 }
 
@@ -50,14 +52,17 @@ void main() {
         vec4 s = sobol4(first + i, seed);
         float depth;
         vec3 position;
-        vec4 color = vec4(finite(radiance(lens_ray(2.0 * (vec2(p) + s.zw), s.xy), depth, position).rgb), 1.0);
+        uint object;
+        vec4 color = vec4(finite(radiance(lens_ray(2.0 * (vec2(p) + s.zw), s.xy), depth, position, object).rgb), 1.0);
         float coc = coc_px(depth, frame.coc_scale_px, frame.inverse_focus);
         float share = near_share(coc, IN_FOCUS_COC_PX, frame.focus_blend);
         near += share * color;
         far += (1.0 - share) * color;
         float light = luminance(color.rgb);
         spread += vec4(share, share, 1.0 - share, 1.0 - share) * vec2(coc, light * light).xyxy;
-        if (frame.camera_moved != 0u) motion += vec4(share, share, 1.0 - share, 1.0 - share) * motion_px(position).xyxy;
+        if (frame.moved != 0u) {
+            motion += vec4(share, share, 1.0 - share, 1.0 - share) * motion_px(position, object).xyxy;
+        }
     }
     motion /= max(vec4(near.aa, far.aa), 1e-6);
     imageStore(out_trace_near, ivec2(p), near / count.x);

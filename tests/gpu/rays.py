@@ -27,7 +27,7 @@ ALPHA
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= count) return;
-    Hit hit = Hit(0.0, 0u, uvec3(0u), 0u, vec2(0.0));
+    Hit hit = Hit(0.0, 0u, uvec3(0u), 0u, 0u, vec2(0.0));
     Ray ray = Ray(rays[2u * i].xyz, rays[2u * i + 1u].xyz, t_min);
     bool found = TRACE;
     results[i] = uvec4(floatBitsToUint(hit.t), found ? hit.triangle : 0xffffffffu, floatBitsToUint(hit.barycentrics));
@@ -78,7 +78,11 @@ class Mesh:
         call: str = "trace_closest(ray, t_max, hit)", alpha: str = "",
     ) -> Result:  # fmt: skip
         """Runs `call` for every ray."""
-        defines: Mapping[str, object] = {"BVH_STACK": self.bvh.depth, **({"HAS_ALPHA_MASK": 1} if alpha else {})}
+        defines: Mapping[str, object] = {
+            "BVH_STACK": self.bvh.depth,
+            "OBJECTS": 0,
+            **({"HAS_ALPHA_MASK": 1} if alpha else {}),
+        }
         kernel = KERNEL.replace("TRACE", call).replace("ALPHA", alpha)
         shader = self.ctx.compute_shader(assemble("<test>", {**load_glsl(), "<test>": kernel}, defines).text)
         rays = np.zeros((len(origins), 2, 4), np.float32)
