@@ -112,6 +112,8 @@ def top_level(low: F32, high: F32, objects: NDArray[np.uint32], room: int) -> ND
 def _cheapest_cut(box: F32, largest: int) -> tuple[Index, Index]:
     """Both sides of the cheapest cut between boxes (6, m) in the order of their centres; at most `largest` a side."""
     count = box.shape[1]
+    if count == 2:
+        return np.array([0]), np.array([1])
     order = np.argsort(box[:3] - box[3:], axis=1, kind="stable")  # (3, m)
     rows = box[:, order]  # (6, 3 axes, m)
     left = half_area(np.minimum.accumulate(rows, axis=2)[..., :-1])

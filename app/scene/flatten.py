@@ -37,6 +37,12 @@ def bounds(triangles: Triangles) -> tuple[F64, F64]:
     return (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.zeros(3), np.zeros(3))
 
 
+def triangles_of(triangles: Triangles) -> list[int]:
+    """How many triangles each moving object has."""
+    counts = np.bincount(triangles.objects[triangles.indices[:, 0]], minlength=len(triangles.moving) + 1)
+    return [int(count) for count in counts[1:]]
+
+
 def _merged(parts: list[Triangles]) -> Triangles:
     counts = [len(p.positions) for p in parts]
     starts = np.cumsum([0, *counts[:-1]]).astype(np.uint32)

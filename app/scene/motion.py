@@ -31,6 +31,8 @@ class Track:
 
     def at(self, times: F64) -> F64:
         """(t, 3 or 4) values at some times."""
+        if len(self.times) == 1:
+            return np.broadcast_to(self.values, (len(times), self.values.shape[1]))
         first, second, share = self._segments(times)
         a, b, share = self.values[first], self.values[second], share[:, None]
         return a + (b - a) * share if self.values.shape[1] == 3 else _slerp(a, b, share)
@@ -143,7 +145,7 @@ def rotation_matrices(quaternions: F64) -> F64:
         (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
         (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
     )
-    return np.stack([np.stack(row, -1) for row in rows], -2)
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def unit_quaternions(values: ArrayLike) -> F64:
