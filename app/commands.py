@@ -79,9 +79,7 @@ def shot(options: argparse.Namespace) -> int:
     for done, samples in enumerate(frames):
         started = time.perf_counter()
         before_s = (len(frames) - 1 - done) / options.fps if options.fps and options.view not in CONVERGING else 0.0
-        renderer.draw(
-            options.view, viewpoint.camera, _with_samples(settings, samples), time_s=options.time - before_s
-        )
+        renderer.draw(options.view, viewpoint.camera, _with_samples(settings, samples), time_s=options.time - before_s)
         ctx.finish()
         frame_ms.append((time.perf_counter() - started) * 1e3)
         _progress(f"{options.view}", (done + 1) / len(frames))

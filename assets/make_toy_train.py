@@ -1,8 +1,8 @@
-"""Makes toy_train.glb, the built-in scene that moves: `python assets/make_toy_train.py [OUT.glb]`. Same input, same bytes.
+"""Makes toy_train.glb, the built-in scene that moves: `python assets/make_toy_train.py [OUT.glb]`.
 
 A toy train crosses a painted town, which is in focus. Two wind wheels turn close before the lens, which sees the town
-between their sails: partial occlusion that never stands still. Far behind hang strings of small bright bulbs. Lengths in
-metres, times in seconds, colours of factors linear.
+between their sails: partial occlusion that never stands still. Far behind hang strings of small bright bulbs. Same
+input, same bytes. Lengths in metres, times in seconds, colours of factors linear.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ REPEAT, CLAMP = 0, 1  # samplers
 def build_stage(writer: GlbWriter) -> None:
     """The meadow and the painted backdrop."""
     grass = writer.texture("meadow", textures.meadow(256), REPEAT)
-    evening = writer.texture("dusk", textures.dusk(512, 256), CLAMP)
+    evening = writer.texture("dusk", textures.dusk(1024, 256), CLAMP)
     ground = shapes.quad(np.array([-2.6, 0.0, -2.2]), np.array([5.2, 0, 0]), np.array([0, 0, 3.6]), (5.2, 3.6), 4)
     sky = shapes.quad(np.array([-2.0, 0.98, -2.1]), np.array([4.0, 0, 0]), np.array([0, -1.0, 0]), (1.0, 1.0), 4)
     turf = material(writer, "meadow", (1, 1, 1), 0.0, 0.95, texture=tiled(grass, 3.0))

@@ -185,12 +185,13 @@ def dusk(width: int, height: int) -> Pixels:
     """An evening sky over ranges of hills with dark firs, painted on a backdrop; not tileable upwards."""
     u, v = coordinates(height, width)
     color = mix((0.10, 0.15, 0.33), (0.93, 0.50, 0.27), smoothstep(0.0, 0.72, v) ** 1.3)
-    star = np.hypot((24 * u) % 1 - 0.5, (12 * v) % 1 - 0.5)
-    lattice = np.random.Generator(np.random.PCG64(43)).random((12, 24))
-    chosen = lattice[np.floor(12 * v).astype(int), np.floor(24 * u).astype(int)] > 0.72
-    bright = (1 - smoothstep(0.05, 0.12, star)) * chosen * (1 - smoothstep(0.25, 0.5, v))
+    star = np.hypot((48 * u) % 1 - 0.5, (12 * v) % 1 - 0.5)
+    lattice = np.random.Generator(np.random.PCG64(43)).random((12, 48))
+    chosen = lattice[np.floor(12 * v).astype(int), np.floor(48 * u).astype(int)] > 0.72
+    bright = (1 - smoothstep(0.06, 0.16, star)) * chosen * (1 - smoothstep(0.25, 0.5, v))
     color = mix(color, np.broadcast_to((0.95, 0.93, 0.80), color.shape), bright)
-    for k, (level, tint) in enumerate(((0.62, (0.38, 0.27, 0.37)), (0.72, (0.22, 0.21, 0.30)), (0.83, (0.10, 0.15, 0.16)))):
+    ranges = ((0.62, (0.38, 0.27, 0.37)), (0.72, (0.22, 0.21, 0.30)), (0.83, (0.10, 0.15, 0.16)))
+    for k, (level, tint) in enumerate(ranges):
         ridge = level - 0.10 * noise(u, np.zeros_like(v), 5 + 3 * k, 1, 44 + k)
         firs = 0.035 * np.abs((u * (40 + 14 * k)) % 1 - 0.5) * (k > 0)
         color = mix(color, np.broadcast_to(tint, color.shape), smoothstep(-0.004, 0.004, v - ridge - firs))
@@ -205,7 +206,8 @@ def clock(size: int) -> Pixels:
     stone = np.asarray((0.62, 0.55, 0.45)) * (0.8 + 0.3 * noise(u, v, 24, 24, 51))[..., None]
     color = mix(stone, (0.93, 0.90, 0.80), 1 - smoothstep(0.40, 0.41, radius))
     rim = 1 - smoothstep(0.018, 0.026, np.abs(radius - 0.41))
-    bars = (np.abs((angle * 12 / (2 * np.pi)) % 1 - 0.5) > 0.46 - 0.02 / np.maximum(radius, 0.1)) & (radius > 0.31) & (radius < 0.38)
+    hour = np.abs((angle * 12 / (2 * np.pi)) % 1 - 0.5)
+    bars = (hour > 0.46 - 0.02 / np.maximum(radius, 0.1)) & (np.abs(radius - 0.345) < 0.035)
     hands = np.zeros_like(u)
     for turn, length, width in ((10.17 / 12, 0.20, 0.018), (2 / 12, 0.29, 0.012)):
         along = x * np.sin(2 * np.pi * turn) + y * np.cos(2 * np.pi * turn)

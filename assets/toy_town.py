@@ -27,7 +27,10 @@ FIRS = (
 )  # fmt: skip  # x, z, size
 
 
-def triangle(a: F64, b: F64, c: F64, uvs: tuple[tuple[float, float], ...] = ((0, 0.1), (0.2, 0.1), (0.1, 0))) -> shapes.Shape:  # fmt: skip
+PLASTER = ((0.06, 0.10), (0.20, 0.10), (0.13, 0.05))  # uvs on a facade between its beams and windows
+
+
+def triangle(a: F64, b: F64, c: F64, uvs: tuple[tuple[float, float], ...] = PLASTER) -> shapes.Shape:
     """A flat triangle that faces the side from which its corners run counter-clockwise."""
     normal = shapes.unit(np.cross(b - a, c - a))
     return shapes.Shape(np.array([a, b, c]), np.tile(normal, (3, 1)), np.array(uvs, float), np.array([[0, 1, 2]]))
@@ -57,10 +60,12 @@ def tower(width: float, height: float) -> tuple[shapes.Shape, shapes.Shape, shap
     """(stone, clock faces, roof) of a square tower."""
     w, top = width / 2, height + 0.10
     stone = shapes.box(np.array([-w, 0.0, -w]), np.array([w, height, w]), 9.0)
-    ledge = shapes.box(np.array([-w - 0.006, height, -w - 0.006]), np.array([w + 0.006, height + 0.008, w + 0.006]), 9.0)
+    wide, above = w + 0.006, height + 0.008
+    ledge = shapes.box(np.array([-wide, height, -wide]), np.array([wide, above, wide]), 9.0)
     face = 0.9 * width
     dial = shapes.quad(np.array([-face / 2, height - 0.008, w + 0.001]), face * X, -face * Y, (1.0, 1.0))
-    ring = [np.array([sx * (w + 0.008), height + 0.008, sz * (w + 0.008)]) for sx, sz in ((-1, 1), (1, 1), (1, -1), (-1, -1))]  # fmt: skip
+    eaves = w + 0.008
+    ring = [np.array([x * eaves, above, z * eaves]) for x, z in ((-1, 1), (1, 1), (1, -1), (-1, -1))]
     uvs = ((0.0, 1.0), (1.0, 1.0), (0.5, 0.0))
     roof = [triangle(a, b, np.array([0.0, top, 0.0]), uvs) for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
     return shapes.merge([stone, ledge]), dial, shapes.merge(roof)
@@ -89,7 +94,8 @@ def build_town(writer: GlbWriter, repeat: int, clamp: int) -> None:
         writer.node(f"roof {k}", place(x, 0.0, z, turn), mesh=writer.mesh(f"roof {k}", roof, roofs[(paint + k) % 3]))
 
     stone, dial, spire = tower(0.085, 0.24)
-    face = material(writer, "clock", (1, 1, 1), 0.0, 0.5, texture={"index": writer.texture("clock", textures.clock(256), clamp)})  # fmt: skip
+    hands = {"index": writer.texture("clock", textures.clock(256), clamp)}
+    face = material(writer, "clock", (1, 1, 1), 0.0, 0.5, texture=hands)
     masonry = material(writer, "tower stone", (0.72, 0.63, 0.50), 0.0, 0.85)
     for name, shape, surface in (("tower", stone, masonry), ("clock", dial, face), ("spire", spire, roofs[1])):
         writer.node(name, place(0.045, 0.0, -0.155, -0.04), mesh=writer.mesh(name, shape, surface))
@@ -147,7 +153,8 @@ def build_wheels(writer: GlbWriter, camera: F64, repeat: int) -> list[int]:
     stick = material(writer, "stick", (0.75, 0.66, 0.5), 0.0, 0.6)
     paints = (((0.55, 0.05, 0.06), (0.93, 0.88, 0.76)), ((0.06, 0.16, 0.38), (0.95, 0.80, 0.35)))
     nodes = []
-    for k, (x, y, z, radius, yaw) in enumerate(((-0.078, -0.006, -0.37, 0.088, 0.35), (0.168, -0.05, -0.50, 0.062, -0.45))):
+    stands = ((-0.078, -0.006, -0.37, 0.088, 0.35), (0.168, -0.05, -0.50, 0.062, -0.45))
+    for k, (x, y, z, radius, yaw) in enumerate(stands):
         cloth = {"index": writer.texture(f"sails {k}", textures.stripes(128, 2, *paints[k]), repeat)}
         sails, hub = wind_wheel(radius, 8 - 2 * k)
         surface = material(writer, f"sails {k}", (1, 1, 1), 0.0, 0.6, texture=cloth)

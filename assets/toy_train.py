@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import shapes
-import textures
 from glb import GlbWriter
 from numpy.typing import NDArray
 from staging import material, tiled
@@ -28,9 +29,7 @@ ALONG_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # ... 
 
 def turned(profile: list[tuple[float, float]], segments: int = 28) -> shapes.Shape:
     """A body of revolution with sharp edges: each corner of the outline is doubled."""
-    pieces = [
-        shapes.lathe(np.linspace(a, b, 3), segments) for a, b in zip(profile[:-1], profile[1:], strict=True) if a != b
-    ]
+    pieces = [shapes.lathe(np.linspace(a, b, 3), segments) for a, b in itertools.pairwise(profile) if a != b]
     return shapes.merge(pieces)
 
 
@@ -41,17 +40,17 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float], uv:
 
 def spoked_axle(radius: float) -> shapes.Shape:
     """Two spoked wheels on an axle along z, around the origin."""
-    parts = [rotated(turned([(0.0, -0.5 * GAUGE), (0.003, -0.5 * GAUGE), (0.003, 0.5 * GAUGE), (0.0, 0.5 * GAUGE)], 10),
-                     ALONG_Z, (0, 0, 0))]  # fmt: skip
-    for side in (-0.5 * GAUGE, 0.5 * GAUGE):
+    half = 0.5 * GAUGE
+    parts = [rotated(turned([(0.0, -half), (0.003, -half), (0.003, half), (0.0, half)], 10), ALONG_Z, (0, 0, 0))]
+    for side in (-half, half):
         t, r = 0.003, radius
         tyre = [(r - 0.004, -t), (r, -t), (r, t), (r - 0.004, t), (r - 0.004, -t)]
         hub = [(0.0, -t), (0.0045, -t), (0.0045, t), (0.0, t)]
         parts += [rotated(turned(outline, 28), ALONG_Z, (0, 0, side)) for outline in (tyre, hub)]
         for k in range(5):
             angle = 2 * np.pi * k / 5
-            end = (r - 0.003) * np.array([np.cos(angle), np.sin(angle), 0.0])
-            parts.append(shapes.tube(np.linspace([0, 0, side], end + [0, 0, side], 3), 0.0019, 6))
+            end = [(r - 0.003) * np.cos(angle), (r - 0.003) * np.sin(angle), side]
+            parts.append(shapes.tube(np.linspace([0, 0, side], end, 3), 0.0019, 6))
     return shapes.merge(parts)
 
 
@@ -63,14 +62,14 @@ def build_train(writer: GlbWriter, wheel: float, stripes: int, wood: int) -> tup
     timber = material(writer, "wagon timber", (1.0, 0.9, 0.75), 0.0, 0.5, texture=tiled(wood, 1.0))
     canvas = material(writer, "wagon canvas", (1, 1, 1), 0.0, 0.7, texture={"index": stripes})
 
-    boiler = rotated(turned([(0.0, 0.0), (0.021, 0.0), (0.021, 0.088), (0.017, 0.094), (0.0, 0.094)]), ALONG_X, (-0.028, 0.056, 0))  # fmt: skip
-    bands = [rotated(turned([(0.0212, x), (0.0222, x), (0.0222, x + 0.004), (0.0212, x + 0.004)]), ALONG_X, (-0.028, 0.056, 0)) for x in (0.012, 0.046, 0.080)]  # fmt: skip
+    barrel = turned([(0.0, 0.0), (0.021, 0.0), (0.021, 0.088), (0.017, 0.094), (0.0, 0.094)])
+    hoops = [turned([(0.021, x), (0.0222, x), (0.0222, x + 0.004), (0.021, x + 0.004)]) for x in (0.012, 0.046, 0.08)]
+    boiler, *bands = (rotated(shape, ALONG_X, (-0.028, 0.056, 0)) for shape in (barrel, *hoops))
     chimney = turned([(0.0, 0.0), (0.0075, 0.0), (0.0065, 0.026), (0.012, 0.033), (0.012, 0.038), (0.0, 0.038)])
     dome = shapes.sphere(0.010, 20, 12)
-    cab = [
-        block((-0.078, 0.028, -0.026), (-0.028, 0.058, 0.026)),
-        *(block((x - 0.003, 0.058, z - 0.003), (x + 0.003, 0.092, z + 0.003)) for x in (-0.074, -0.032) for z in (-0.022, 0.022)),
-    ]  # fmt: skip
+    posts = itertools.product((-0.074, -0.032), (-0.022, 0.022))
+    cab = [block((x - 0.003, 0.058, z - 0.003), (x + 0.003, 0.092, z + 0.003)) for x, z in posts]
+    cab.append(block((-0.078, 0.028, -0.026), (-0.028, 0.058, 0.026)))
     roof = block((-0.085, 0.092, -0.031), (-0.021, 0.098, 0.031))
     frame = block((-0.082, 0.019, -0.018), (0.075, 0.029, 0.018))
     buffer = block((0.072, 0.016, -0.026), (0.078, 0.030, 0.026))
@@ -81,8 +80,8 @@ def build_train(writer: GlbWriter, wheel: float, stripes: int, wood: int) -> tup
         "engine iron": ([rotated(chimney, np.eye(3), (0.048, 0.074, 0)), roof, frame], black),
         "engine brass": ([*bands, rotated(dome, np.eye(3), (0.008, 0.079, 0)), lamp], brass),
     }
-    beds, covers, irons = [], [], [block((-0.104, 0.020, -0.004), (-0.08, 0.025, 0.004))]
-    for k, x in enumerate((-0.172, -0.322)):
+    beds, covers, irons = [], [], []
+    for x in (-0.172, -0.322):
         beds.append(block((x - 0.064, 0.022, -0.027), (x + 0.064, 0.032, 0.027)))
         beds += [block((x - 0.064, 0.032, z - 0.002), (x + 0.064, 0.052, z + 0.002)) for z in (-0.025, 0.025)]
         beds += [block((e - 0.002, 0.032, -0.025), (e + 0.002, 0.052, 0.025)) for e in (x - 0.062, x + 0.062)]
@@ -91,9 +90,8 @@ def build_train(writer: GlbWriter, wheel: float, stripes: int, wood: int) -> tup
         covers.append(_vault(tilt, x - 0.060, x + 0.060))
         for wheel_x in (x - 0.038, x + 0.038):
             irons.append(rotated(spoked_axle(WAGON_WHEEL), np.eye(3), (wheel_x, WAGON_WHEEL, 0)))
-        irons.append(block((x - 0.086, 0.024, -0.003), (x - 0.062, 0.028, 0.003)))
-        del k
-    bodies |= {"wagons": (beds, timber), "wagon covers": (covers, canvas), "wagon iron": (irons[:-1], black)}
+        irons.append(block((x + 0.062, 0.024, -0.003), (x + 0.092, 0.028, 0.003)))  # the coupling ahead
+    bodies |= {"wagons": (beds, timber), "wagon covers": (covers, canvas), "wagon iron": (irons, black)}
     children = [writer.node(name, mesh=writer.mesh(name, shapes.merge(s), m)) for name, (s, m) in bodies.items()]
     axle = writer.mesh("engine wheels", spoked_axle(wheel), red)
     axles = [writer.node(f"axle {k}", mesh=axle, translation=[x, wheel, 0.0]) for k, x in enumerate((-0.045, 0.035))]
@@ -104,7 +102,7 @@ def _vault(outline: F64, start: float, end: float) -> shapes.Shape:
     """A cylinder cap over an outline (k, 3) in the yz plane, from `start` to `end` along x."""
     k = len(outline)
     along = np.linspace(0.0, 1.0, k)
-    positions = np.concatenate([outline + [x, 0, 0] for x in (start, end)])
+    positions = np.concatenate([outline + np.array([x, 0, 0]) for x in (start, end)])
     slope = np.gradient(outline, axis=0)
     normal = shapes.unit(np.stack([np.zeros(k), slope[:, 2], -slope[:, 1]], 1))
     uvs = np.concatenate([np.stack([np.full(k, u), along], 1) for u in (0.0, 1.4)])

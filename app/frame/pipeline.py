@@ -75,7 +75,8 @@ def target_plan(target: str, settings: Settings, facts: Facts) -> FramePlan:
     if target not in TARGETS or target in ("display", "resolved"):
         names = ", ".join((*VIEWS, *(t for t in TARGETS if t not in ("display", "resolved") and t not in VIEWS)))
         raise UserError(f"--view {target}: there is no such view or target; choose one of {names}")
-    facts = replace(facts, camera_moved=True) if target == "motion" else facts  # zeros are worth seeing, too
+    if target == "motion" and not facts.moved:
+        facts = replace(facts, camera_moved=True)  # zeros are worth seeing, too
     plan(PASSES, target, settings, facts)  # raises, with the reason, where this scene does not call for the target
     return plan((*PASSES, show_pass(TARGETS[target])), "display", settings, facts)
 

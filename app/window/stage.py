@@ -104,8 +104,7 @@ class Stage:
         """(something changed since the last drawing, something still converges)."""
         views = _views(look)
         changed = len(self.sides) != len(views) or any(
-            side.drawn != _key(view, look, camera, size, time_s)
-            for side, view in zip(self.sides, views, strict=False)
+            side.drawn != _key(view, look, camera, size, time_s) for side, view in zip(self.sides, views, strict=False)
         )
         return changed, any(side.samples < side.limit for side in self.sides)
 
