@@ -37,14 +37,15 @@ class Track:
         a, b, share = self.values[first], self.values[second], share[:, None]
         return a + (b - a) * share if self.values.shape[1] == 3 else _slerp(a, b, share)
 
-    def speed(self, times: F64) -> F64:
-        """(t,) m/s or rad/s of the segment that holds each time; the jumps of steps take no time and count as none."""
-        first, second, _ = self._segments(times)
+    def travel(self, begin: F64, end: F64) -> F64:
+        """(t,) m or rad on the way from each time to another between the same two keys; jumps of steps lie at keys."""
+        middle = 0.5 * (begin + end)
+        first, second, _ = self._segments(middle)
         a, b = self.values[first], self.values[second]
-        moving = (second != first) & (times >= self.times[0])
         way = np.linalg.norm(b - a, axis=1) if self.values.shape[1] == 3 else 2.0 * _half_angle(a, b)
-        gap = np.where(moving, self.times[second] - self.times[first], 1.0)
-        return np.where(moving & (not self.step), way / gap, 0.0)
+        gap = self.times[second] - self.times[first]
+        moving = (gap > 0.0) & (middle >= self.times[0]) & (not self.step)
+        return way * np.divide(end - begin, gap, out=np.zeros(len(gap)), where=moving)
 
     def _segments(self, times: F64) -> tuple[np.ndarray, np.ndarray, F64]:
         """Indices of the keys around each time, and the share of the later one."""
@@ -102,14 +103,13 @@ class Motion:
     def swept(self, low: F64, high: F64) -> tuple[F64, F64]:
         """(lowest, highest) corner of a box around all that the box `low`..`high` [m, world, time 0] passes through.
 
-        Between two neighbouring times none of its points goes farther than half their gap at its greatest speed.
+        Between two neighbouring times none of its points is farther from where one of them has it than half its way.
         """
         corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), -1).reshape(-1, 3)
         inner = np.column_stack([corners, np.ones(8)]) @ self._back.T
         times = self._moments()
         places = inner @ np.swapaxes(self.placed(times)[:, :3], 1, 2)  # (t, 8, 3)
-        gaps = np.diff(times)
-        pads = 0.5 * gaps * self._speed(times[:-1] + 0.5 * gaps, float(np.linalg.norm(inner[:, :3], axis=1).max()))
+        pads = 0.5 * self._travel(times[:-1], times[1:], float(np.linalg.norm(inner[:, :3], axis=1).max()))
         pad = np.maximum(np.append(pads, 0.0), np.append(0.0, pads))[:, None]
         return (places.min(axis=1) - pad).min(axis=0), (places.max(axis=1) + pad).max(axis=0)
 
@@ -124,17 +124,17 @@ class Motion:
         even = np.linspace(0.0, self.period, SWEEP_SAMPLES + 1)
         return np.unique(np.clip(np.concatenate([even, keys, np.nextafter(keys, -np.inf)]), 0.0, self.period))
 
-    def _speed(self, times: F64, reach: float) -> F64:
-        """(t,) no point within `reach` [m] of the innermost joint is faster than this in the world, m/s."""
-        speed = np.zeros(len(times))
+    def _travel(self, begin: F64, end: F64, reach: float) -> F64:
+        """(t,) no point within `reach` [m] of the innermost joint goes farther than this in the world, m."""
+        way = np.zeros(len(begin))
         for joint in reversed(self.joints):
             largest = float(np.abs(joint.scale).max())
-            reach, speed = reach * largest, speed * largest
-            speed = speed + joint.rotation.speed(times) * reach + joint.translation.speed(times)
+            reach, way = reach * largest, way * largest
+            way = way + joint.rotation.travel(begin, end) * reach + joint.translation.travel(begin, end)
             reach += float(np.linalg.norm(joint.translation.values, axis=1).max())
             stretch = float(np.linalg.norm(joint.base[:3, :3], 2))
-            reach, speed = stretch * reach + float(np.linalg.norm(joint.base[:3, 3])), speed * stretch
-        return speed
+            reach, way = stretch * reach + float(np.linalg.norm(joint.base[:3, 3])), way * stretch
+        return way
 
 
 def rotation_matrices(quaternions: F64) -> F64:
