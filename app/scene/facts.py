@@ -97,18 +97,26 @@ def is_cut(before: Camera, now: Camera, scene: SceneFacts, near_plane: float, si
     accumulated is another picture's.
 
     Asked of a grid of pixels at depths from the scene's nearest to its farthest, since it is not yet known what they
-    show; a step of one frame that leaves a single one of them on screen is taken for motion.
+    show. A jump that leaves a single one of them on screen, seen from the same side, is taken for motion.
     """
     if before == now:
         return False
     nearest, farthest = depth_range(now, scene, near_plane)
+    slope_before = math.tan(before.fov_y / 2) * np.array([size[0] / size[1], 1.0])
+    # Nearly always the middle of the picture, far away, answers at once: it stays within the earlier field of view.
+    turn = math.acos(min(max(float(np.dot(before.forward, now.forward)), -1.0), 1.0))
+    move = math.dist(before.eye, now.eye)
+    if move < farthest and turn + math.asin(move / farthest) < math.atan(slope_before.min()):
+        return False
     x, y, z = np.meshgrid(_CUT_GRID, _CUT_GRID, np.geomspace(nearest, farthest, CUT_DEPTHS), indexing="ij")
-    tall, wide = math.tan(now.fov_y / 2), math.tan(now.fov_y / 2) * size[0] / size[1]
-    in_view = np.stack([x * wide * z, y * tall * z, -z, np.ones_like(z)], -1).reshape(-1, 4)
-    earlier = in_view @ (before.view() @ np.linalg.inv(now.view())).T
-    depth, tall = -earlier[:, 2], math.tan(before.fov_y / 2)
-    across = np.abs(earlier[:, 0]) <= depth * tall * size[0] / size[1]
-    return not bool(np.any((depth > 0.0) & across & (np.abs(earlier[:, 1]) <= depth * tall)))
+    slope = math.tan(now.fov_y / 2) * np.array([size[0] / size[1], 1.0])
+    in_view = np.stack([x * slope[0] * z, y * slope[1] * z, -z], -1).reshape(-1, 3)
+    away = in_view @ now.view()[:3, :3]  # from the eye, in world axes
+    away_before = away + np.subtract(now.eye, before.eye)
+    earlier = away_before @ before.view()[:3, :3].T
+    on_screen = (np.abs(earlier[:, :2]) <= -earlier[:, 2:] * slope_before).all(axis=1)
+    same_side = np.einsum("ij,ij->i", away, away_before) > 0.0
+    return not bool(np.any(on_screen & same_side))
 
 
 def frame_facts(

@@ -162,6 +162,8 @@ def test_no_point_survives_a_cut(yaw: float, pitch: float, right: float, ahead: 
     z = np.exp(rng.uniform(math.log(nearest), math.log(max(farthest, nearest)), 4000))
     slope = np.array([math.tan(now.fov_y / 2) * 160 / 90, math.tan(now.fov_y / 2)])
     x, y = (rng.uniform(-1, 1, (4000, 2)) * slope * z[:, None]).T
-    earlier = np.stack([x, y, -z, np.ones(4000)], -1) @ (INSIDE.view() @ np.linalg.inv(now.view())).T
+    world = np.stack([x, y, -z, np.ones(4000)], -1) @ np.linalg.inv(now.view()).T
+    earlier = world @ INSIDE.view().T
     seen = (np.abs(earlier[:, :2]) <= -earlier[:, 2:3] * slope).all(axis=1)
+    seen &= np.einsum("ij,ij->i", world[:, :3] - now.eye, world[:, :3] - INSIDE.eye) > 0.0  # not from behind
     assert seen.mean() < 0.05
