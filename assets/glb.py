@@ -118,5 +118,5 @@ class GlbWriter:
 
 
 def _rounded(values: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Float32 on a grid of 2**-20, a micrometre: hides the last bits, which differ between processors."""
-    return (np.round(values * 2.0**20) / 2.0**20).astype("<f4")
+    """Float32 on a grid of 2**-20, a micrometre: last bits and signs of zero differ between processors."""
+    return (np.round(values * 2.0**20) / 2.0**20 + 0.0).astype("<f4")
