@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bvh.top import top_depth, top_level, world_boxes
+from ..scene.flatten import places
 from ..scene.model import F64, Triangles
 from .layout import OBJECT
 
@@ -76,4 +77,4 @@ class GpuObjects:
     def _place(self, time_s: float) -> F64:
         """(k, 4, 4) of all objects; a time already known is not computed again."""
         known = self._places.get(time_s)
-        return np.stack([m.to_world(time_s) for m in self._moving]) if known is None else known
+        return places(self._moving, time_s) if known is None else known

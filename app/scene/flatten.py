@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from . import geometry
 from .model import F64, Instance, Mesh, MovingObject, Scene, Triangles
-from .motion import Motion
+from .motion import Motion, displacements
 
 
 def flatten(scene: Scene) -> Triangles:
@@ -35,6 +36,13 @@ def bounds(triangles: Triangles) -> tuple[F64, F64]:
     standing = triangles.positions[triangles.objects == 0].astype(np.float64)
     corners = np.concatenate([standing, *([m.low, m.high] for m in triangles.moving)])
     return (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.zeros(3), np.zeros(3))
+
+
+def places(moving: Sequence[MovingObject], time_s: float) -> F64:
+    """(k, 4, 4) each object's own space to the world at a time."""
+    matrices = displacements([m.motion for m in moving], time_s)
+    matrices[:, :3, 3] += np.einsum("kij,kj->ki", matrices[:, :3, :3], np.stack([m.origin for m in moving]))
+    return matrices
 
 
 def triangles_of(triangles: Triangles) -> list[int]:

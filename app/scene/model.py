@@ -158,12 +158,6 @@ class MovingObject:
     low: F64  # (3,) lowest corner of a box around all that it passes through, m, world
     high: F64
 
-    def to_world(self, time_s: float) -> F64:
-        """(4, 4) its space to the world."""
-        matrix = self.motion.displacement(time_s).copy()
-        matrix[:3, 3] += matrix[:3, :3] @ self.origin
-        return matrix
-
 
 @dataclass(frozen=True)
 class Triangles:

@@ -5,8 +5,9 @@ Times are seconds of the animation, matrices row-major on column vectors, quater
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -74,10 +75,16 @@ class Joint:
     def local(self, times: F64) -> F64:
         """(t, 4, 4) this joint to the one above it."""
         matrix = np.zeros((len(times), 4, 4))
-        matrix[:, :3, :3] = rotation_matrices(self.rotation.at(times)) * self.scale
+        still = len(self.rotation.times) == 1
+        matrix[:, :3, :3] = (self._first if still else rotation_matrices(self.rotation.at(times))) * self.scale
         matrix[:, :3, 3] = self.translation.at(times)
         matrix[:, 3, 3] = 1.0
         return self.base @ matrix
+
+    @cached_property
+    def _first(self) -> F64:
+        """(1, 3, 3) the rotation of the first key."""
+        return rotation_matrices(self.rotation.values[:1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +105,7 @@ class Motion:
 
     def displacement(self, time_s: float) -> F64:
         """(4, 4) where points of the world at time 0 are at `time_s`; the motion repeats every period."""
-        return self.placed(time_s % self.period)[0] @ self._back
+        return displacements([self], time_s)[0]
 
     def swept(self, low: F64, high: F64) -> tuple[F64, F64]:
         """(lowest, highest) corner of a box around all that the box `low`..`high` [m, world, time 0] passes through.
@@ -106,7 +113,7 @@ class Motion:
         Between two neighbouring times none of its points is farther from where one of them has it than half its way.
         """
         corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), -1).reshape(-1, 3)
-        inner = np.column_stack([corners, np.ones(8)]) @ self._back.T
+        inner = np.column_stack([corners, np.ones(8)]) @ self.back.T
         times = self._moments()
         places = inner @ np.swapaxes(self.placed(times)[:, :3], 1, 2)  # (t, 8, 3)
         pads = 0.5 * self._travel(times[:-1], times[1:], float(np.linalg.norm(inner[:, :3], axis=1).max()))
@@ -114,7 +121,7 @@ class Motion:
         return (places.min(axis=1) - pad).min(axis=0), (places.max(axis=1) + pad).max(axis=0)
 
     @cached_property
-    def _back(self) -> F64:
+    def back(self) -> F64:
         """(4, 4) the world at time 0 to the innermost joint's space."""
         return np.linalg.inv(self.placed(0.0)[0])
 
@@ -135,6 +142,20 @@ class Motion:
             stretch = float(np.linalg.norm(joint.base[:3, :3], 2))
             reach, way = stretch * reach + float(np.linalg.norm(joint.base[:3, 3])), way * stretch
         return way
+
+
+def displacements(motions: Sequence[Motion], time_s: float) -> F64:
+    """(k, 4, 4) of several motions. Joints that they share are placed once."""
+    known: dict[tuple[int, float], F64] = {}
+
+    def local(joint: Joint, time: float) -> F64:
+        key = (id(joint), time)
+        if key not in known:
+            known[key] = joint.local(np.array([time]))[0]
+        return known[key]
+
+    chains = [(m, time_s % m.period) for m in motions]
+    return np.stack([reduce(np.matmul, (*(local(j, time) for j in m.joints), m.back)) for m, time in chains])
 
 
 def rotation_matrices(quaternions: F64) -> F64:
@@ -171,7 +192,7 @@ def _slerp(a: F64, b: F64, share: F64) -> F64:
     """
     angle = _half_angle(a, b)[:, None]
     straight = np.cos(angle) > PARALLEL
-    sine = np.where(straight, 1.0, np.sin(angle))
+    sine = np.sin(np.where(straight, 1.0, angle))
     weights = (np.where(straight, 1.0 - share, np.sin((1.0 - share) * angle) / sine),
                np.where(straight, share, np.sin(share * angle) / sine))  # fmt: skip
     q = weights[0] * a + weights[1] * b

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.scene.facts import scene_facts
-from app.scene.flatten import bounds, flatten, triangles_of
+from app.scene.flatten import bounds, flatten, places, triangles_of
 from app.scene.model import Instance, Material, Mesh, Scene
 from app.scene.motion import Joint, Motion, Track, rotation_matrices, still, unit_quaternions
 
@@ -164,7 +164,7 @@ def test_what_shares_a_motion_is_one_object_in_its_own_space() -> None:
     np.testing.assert_allclose(moving.origin, [150.5, 0.5, 0])
     np.testing.assert_allclose(moving.half_size, [50.5, 0.5, 0])
     np.testing.assert_allclose(flat.positions[3:6], corners - [50.5, 0.5, 0])
-    np.testing.assert_allclose(moving.to_world(0.25) @ [0, 0, 0, 1], [152.5, 0.5, 0, 1])
+    np.testing.assert_allclose(places([moving], 0.25)[0] @ [0, 0, 0, 1], [152.5, 0.5, 0, 1])
     low, high = bounds(flat)
     np.testing.assert_allclose(low, 0, atol=8 / 512)  # half a step of the sweep
     np.testing.assert_allclose(high, [209, 1, 0], atol=8 / 512)

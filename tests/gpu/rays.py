@@ -14,7 +14,7 @@ from app.bvh.pack import pack_triangle_positions, pack_triangles
 from app.bvh.top import scene_tree
 from app.gpu.scene import GpuScene, Progress
 from app.gpu.shaders import assemble, load_glsl
-from app.scene.flatten import flatten
+from app.scene.flatten import flatten, places
 from app.scene.model import Scene
 
 ULP = 2.0**-24  # largest relative rounding error of one float32 operation
@@ -109,8 +109,8 @@ class MovingMesh:
     def corners(self, time_s: float) -> np.ndarray:
         """(m, 3, 3) of all triangles in the world, float64."""
         t = self.triangles
-        places = np.stack([np.eye(4), *(m.to_world(time_s) for m in t.moving)])[t.objects]
-        world = np.einsum("nij,nj->ni", places[:, :3, :3], t.positions.astype(float)) + places[:, :3, 3]
+        there = np.concatenate([np.eye(4)[None], places(t.moving, time_s)])[t.objects]
+        world = np.einsum("nij,nj->ni", there[:, :3, :3], t.positions.astype(float)) + there[:, :3, 3]
         return world[t.indices]
 
     def trace(

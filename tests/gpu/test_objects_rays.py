@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from app.bvh.oracle import brute_force
+from app.scene.flatten import places
 from app.scene.model import Mesh, Scene
 
 from .rays import ULP, MovingMesh, Result, exact, rounding
@@ -155,7 +156,7 @@ def test_a_flat_object_at_right_angles_is_hit_up_to_its_rim(ctx: moderngl.Contex
     a, b = np.meshgrid(grid, grid)
     points = a.reshape(-1, 1) * np.divide(edges[0], 2) + b.reshape(-1, 1) * np.divide(edges[1], 2)
     for time_s in (0.0, 1.0, 2.0, 4.0 - 1e-9):
-        place = mesh.triangles.moving[0].to_world(time_s)
+        (place,) = places(mesh.triangles.moving, time_s)
         there, facing = points @ place[:3, :3].T + place[:3, 3], place[:3, :3] @ normal
         origins, directions = as_float32(there + 5 * facing, np.tile(-facing, (len(there), 1)))
         result = mesh.trace(time_s, origins, directions)
