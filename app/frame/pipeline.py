@@ -36,7 +36,7 @@ VIEWS = {
     "traced": "ground truth: rays distributed over the lens",
     "reference": "ground truth again, by rasterising from many lens points",
 }
-# Views of running means: they start afresh when the camera moves, and need no temporal anti-aliasing.
+# Views of running means: they start afresh when camera or objects move, and need no temporal anti-aliasing.
 LENS_RAYS = TRACED[0].updates
 LENS_POINTS = REFERENCE[0].updates
 CONVERGING = (*LENS_RAYS, *LENS_POINTS)
