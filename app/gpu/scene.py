@@ -48,6 +48,8 @@ class GpuScene:
         bvh_loader: Callable[[Progress | None], Bvh] | None = None,
     ) -> None:
         self._ctx, self._bvh_loader = ctx, bvh_loader
+        if triangles.moving and not ctx.info.get("GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS"):  # OpenGL 4.3 grants none
+            raise UserError("this device cannot place moving objects: choose a scene in which nothing moves")
         self._triangles = triangles = oriented(triangles)
         self.facts: SceneFacts = scene_facts(scene, *bounds(triangles))
         self.near_plane = near_plane(self.facts.low, self.facts.high)

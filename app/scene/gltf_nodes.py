@@ -16,6 +16,7 @@ from .motion import Joint, Motion, Track, rotation_matrices, still, unit_quatern
 _KINDS = {"directional": "sun", "point": "point", "spot": "spot"}
 # Ratio of the scales along two axes beyond which the way back into a moving space is lost to float32.
 WORST_CONDITION = 1e5
+MAX_JOINTS = 64  # animated nodes above one another: twice what an animal's skeleton has
 
 
 class Node(NamedTuple):
@@ -54,7 +55,7 @@ def walk(file: GltfFile, animation: Animation, notes: list[str]) -> Iterator[Nod
 
 
 def _moving(node: Json, tracks: dict[str, Track], period: float, parent: _Place, notes: list[str]) -> _Place:
-    """The place of an animated node; one that no matrix leads back from stands at its pose of time 0."""
+    """The place of an animated node; one that cannot be followed stays at its pose of time 0."""
     joint = Joint(
         parent.rest,
         tracks.get("translation") or still(_vector(node.get("translation", (0, 0, 0)), 3)),
@@ -62,12 +63,13 @@ def _moving(node: Json, tracks: dict[str, Track], period: float, parent: _Place,
         _vector(node.get("scale", (1, 1, 1)), 3),
     )
     above = parent.motion.joints if parent.motion else ()
-    motion = Motion((*above, joint), period, str(node.get("name", "")))
-    world = motion.placed(0.0)[0]
-    if np.isfinite(world).all() and np.linalg.cond(world[:3, :3]) <= WORST_CONDITION:
-        return _Place(world, np.eye(4), motion)
-    notes.append("Animated nodes that are scaled flat, or too far away, stand still.")
-    return _Place(world, parent.rest @ joint.local(np.zeros(1))[0], parent.motion)
+    pose = joint.pose(np.zeros(1))[0]
+    world = parent.world @ pose
+    followed = np.isfinite(world).all() and np.linalg.cond(world[:3, :3]) <= WORST_CONDITION
+    if followed and len(above) < MAX_JOINTS:
+        return _Place(world, np.eye(4), Motion((*above, joint), period, str(node.get("name", ""))))
+    notes.append(f"Animated nodes that are scaled flat, far off or below {MAX_JOINTS} others do not move themselves.")
+    return _Place(world, parent.rest @ pose, parent.motion)
 
 
 def _roots(file: GltfFile) -> list[int]:

@@ -74,12 +74,16 @@ class Joint:
 
     def local(self, times: F64) -> F64:
         """(t, 4, 4) this joint to the one above it."""
+        return self.base @ self.pose(times)
+
+    def pose(self, times: F64) -> F64:
+        """(t, 4, 4) translation, rotation and scale alone."""
         matrix = np.zeros((len(times), 4, 4))
         still = len(self.rotation.times) == 1
         matrix[:, :3, :3] = (self._first if still else rotation_matrices(self.rotation.at(times))) * self.scale
         matrix[:, :3, 3] = self.translation.at(times)
         matrix[:, 3, 3] = 1.0
-        return self.base @ matrix
+        return matrix
 
     @cached_property
     def _first(self) -> F64:

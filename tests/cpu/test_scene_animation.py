@@ -11,6 +11,7 @@ import pytest
 
 from app.errors import UserError
 from app.scene.flatten import flatten
+from app.scene.gltf_nodes import MAX_JOINTS
 from app.scene.load import load_scene
 from app.scene.model import Scene
 from app.scene.validate import MAX_MOVING
@@ -119,6 +120,20 @@ def test_what_no_matrix_leads_back_from_stands_still(tmp_path: Path) -> None:
     assert scene.instances[0].motion is None
     assert scene.instances[0].transform[0, 3] == 3.0
     assert any("scaled flat" in note for note in scene.report.notes)
+
+
+def test_a_chain_of_endless_joints_is_followed_so_far(tmp_path: Path) -> None:
+    maker = Maker()
+    mesh = maker.mesh(maker.primitive(maker.accessor(CORNERS)))
+    below = maker.node(root=False, mesh=mesh)
+    for depth in range(500):
+        below = maker.node(root=depth == 499, children=[below], translation=[0, 0, 0])
+        animate(maker, below, "translation", [0, 1], [[0, 0, 0], [1, 0, 0]])
+    scene = loaded(maker, tmp_path)
+    (instance,) = scene.instances
+    assert instance.motion is not None
+    assert instance.motion.displacement(0.5)[0, 3] == 0.5 * MAX_JOINTS
+    assert any(f"below {MAX_JOINTS} others" in note for note in scene.report.notes)
 
 
 def test_only_so_many_objects_move(tmp_path: Path) -> None:
