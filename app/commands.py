@@ -228,6 +228,7 @@ def doctor(options: argparse.Namespace) -> int:
         "storage block": _mib(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
         "texture side": f"{ctx.info['GL_MAX_TEXTURE_SIZE']} px",
         "array layers": ctx.info["GL_MAX_ARRAY_TEXTURE_LAYERS"],
+        "vertex storage blocks": f"{ctx.info['GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS']} (moving objects need 1)",
         "work group": f"{ctx.info['GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS']} invocations",
         "colour attachments": ctx.info["GL_MAX_COLOR_ATTACHMENTS"],
     }

@@ -58,7 +58,9 @@ class GpuObjects:
         return True
 
     def take_roots(self, roots: tuple[int, ...]) -> None:
-        """Remember where each object's tree begins, once it is known."""
+        """Remember where each object's tree begins, once it is known. Raises ValueError for another scene's."""
+        if len(roots) != len(self._records):
+            raise ValueError(f"{len(roots)} trees for {len(self._records)} objects: build them with scene_tree")
         self._records["root"] = roots
         self.buffer.write(self._records.tobytes())
 

@@ -104,7 +104,7 @@ Ray ray_from_world(Object object, Ray ray) {
 // roundings, grows to hold both.
 const float TRANSFORM_GROWTH = 4.0;
 
-// Walks the top level, and the tree of each object whose box the ray enters.
+// Walks the top level as `traverse_tree` does a tree; its leaves are objects, whose trees are walked in turn.
 void traverse_objects(Ray ray, const bool any_hit, inout Hit hit) {
     RaySetup setup = prepare_ray_for_tree(0u, ray);
     setup.origin_lo = ray.origin + TRANSFORM_GROWTH * (setup.origin_lo - ray.origin);
