@@ -4,13 +4,18 @@ that moved is left behind.
 
 from __future__ import annotations
 
+import json
 import math
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import moderngl
 import numpy as np
 import pytest
+from PIL import Image
 
 from app.bvh.build import build_bvh
 from app.bvh.top import scene_tree
@@ -241,3 +246,19 @@ def test_what_stands_still_knows_nothing_of_objects(ctx: moderngl.Context) -> No
 
 def geometry(scene: GpuScene) -> tuple[np.ndarray, np.ndarray]:
     return scene._triangles.positions, scene._triangles.indices
+
+
+def test_the_last_of_a_shots_frames_shows_its_time(tmp_path: Path) -> None:
+    """Of `--fps` only what came before depends; a target without history shows the moment alone."""
+    pictures = []
+    for name, options in {"a": ["--time", "1"], "b": ["--time", "1", "--fps", "20"], "c": ["--time", "2"]}.items():
+        command = [sys.executable, "-m", "app", "shot", "toy-train", "--view", "base_color", "--size", "64x36"]
+        command += ["--frames", "3", *options, "-o", str(tmp_path / f"{name}.png")]
+        subprocess.run(command, cwd=Path(__file__).parents[2], check=True)
+        with Image.open(tmp_path / f"{name}.png") as image:
+            pictures.append(np.asarray(image))
+            facts = json.loads(image.text["hybrid-dof"])  # type: ignore[attr-defined]
+            assert facts["time"] == float(options[1])
+            assert facts["fps"] == (20.0 if "--fps" in options else None)
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+    assert (pictures[0] != pictures[2]).any()
