@@ -9,7 +9,7 @@ import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,13 @@ class Camera:
         return replace(
             self, forward=(-math.sin(azimuth) * c, math.sin(elevation), -math.cos(azimuth) * c), up=(0.0, 1.0, 0.0)
         )
+
+
+class Moment(NamedTuple):
+    """From where a frame is seen, and when."""
+
+    camera: Camera
+    time_s: float  # of the scene's motion; 0 where nothing ever moves
 
 
 @dataclass(frozen=True)

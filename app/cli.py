@@ -16,6 +16,7 @@ from .scene.gallery import DEFAULT
 from .settings import Settings, walk
 
 COMMANDS = ("view", "shot", "plan", "info", "doctor", "scenes")
+MAX_TIME_S = 1e6  # eleven days: a float64 still tells microseconds apart there
 INTERRUPTED = 130  # what shells report for Ctrl-C
 
 
@@ -97,6 +98,15 @@ def parser() -> argparse.ArgumentParser:
         metavar="N",
         help="lens samples per pixel of traced and reference (default 64)",
     )
+    shot.add_argument(
+        "--time", type=_seconds, default=0.0, metavar="S", help="when the picture is taken, in s of the scene's motion"
+    )
+    shot.add_argument(
+        "--fps",
+        type=_rate,
+        metavar="N",
+        help="frames per second of the motion that leads up to the picture; without it time stands still",
+    )
     shot.add_argument("--seed", type=_seed, default=0, metavar="N", help="of all random choices (default 0)")
     shot.add_argument("--report", metavar="FILE", help="write times, memory, device and settings as JSON")
     _picture_options(shot, "960x540", "hybrid")
@@ -136,6 +146,24 @@ def _count(text: str) -> int:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
     if not 1 <= value <= 1 << 20:
         raise argparse.ArgumentTypeError(f"{text}: give a number from 1 to {1 << 20}")
+    return value
+
+
+def _seconds(text: str) -> float:
+    return _number(text, -MAX_TIME_S, MAX_TIME_S)
+
+
+def _rate(text: str) -> float:
+    return _number(text, 1e-3, 1e6)
+
+
+def _number(text: str, low: float, high: float) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not low <= value <= high:  # NaN fails as well
+        raise argparse.ArgumentTypeError(f"{text}: give a number from {low:g} to {high:g}")
     return value
 
 

@@ -78,7 +78,8 @@ def shot(options: argparse.Namespace) -> int:
     frame_ms = []
     for done, samples in enumerate(frames):
         started = time.perf_counter()
-        renderer.draw(options.view, viewpoint.camera, _with_samples(settings, samples))
+        before_s = (len(frames) - 1 - done) / options.fps if options.fps and options.view not in CONVERGING else 0.0
+        renderer.draw(options.view, viewpoint.camera, _with_samples(settings, samples), time_s=options.time - before_s)
         ctx.finish()
         frame_ms.append((time.perf_counter() - started) * 1e3)
         _progress(f"{options.view}", (done + 1) / len(frames))
@@ -88,6 +89,8 @@ def shot(options: argparse.Namespace) -> int:
         "view": options.view,
         "size": list(options.size),
         "seed": options.seed,
+        "time": options.time,
+        "fps": options.fps,
         "samples": renderer.converged_samples,
         "camera": camera_values(viewpoint.camera),
         "settings": to_dict(settings),
@@ -122,7 +125,15 @@ def plan(options: argparse.Namespace) -> int:
     scene, triangles = open_scene(options.scene, _progress)
     box = bounds(triangles)
     viewpoint, settings = _viewpoint(options, scene, box, given_settings(options))
-    facts = frame_facts(scene_facts(scene, *box), viewpoint.camera, settings.lens, options.size[1], near_plane(*box))
+    of_scene = scene_facts(scene, *box)
+    facts = frame_facts(
+        of_scene,
+        viewpoint.camera,
+        settings.lens,
+        options.size[1],
+        near_plane(*box),
+        objects_moved=of_scene.objects,  # while it plays
+    )
     frame = frame_plan(options.view, settings, facts)
     print(
         f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: "
@@ -144,15 +155,23 @@ def plan(options: argparse.Namespace) -> int:
 def info(options: argparse.Namespace) -> int:
     """Say what loading saw, changed and dropped, and what the scene costs in memory."""
     from .bvh.cache import load_or_build
+    from .bvh.top import scene_tree
     from .gpu.layout import VERTEX
-    from .scene.flatten import bounds
+    from .scene.flatten import bounds, triangles_of
     from .session import open_scene
 
     scene, triangles = open_scene(options.scene, _progress)
     report = scene.report
     low, high = bounds(triangles)
     begin = time.perf_counter()
-    bvh, cache_notes = load_or_build(triangles.positions, triangles.indices, _progress)
+    cache_notes: list[str] = []
+
+    def noted(*geometry: Any) -> Any:
+        tree, notes = load_or_build(*geometry)
+        cache_notes.extend(notes)
+        return tree
+
+    bvh = scene_tree(triangles, noted, _progress)
     bvh_seconds = time.perf_counter() - begin
     print(
         f"{options.scene}: {report.triangles} triangles, {report.vertices} vertices, loaded in {report.seconds:.2f} s"
@@ -176,6 +195,12 @@ def info(options: argparse.Namespace) -> int:
         f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh_bytes)}, "
         f"images {_mib(image_bytes)} (as 8-bit)"
     )
+    for moving, count in zip(triangles.moving, triangles_of(triangles), strict=True):
+        size = 2.0 * moving.half_size
+        print(
+            f"  moves: {moving.motion.name or '(unnamed)'}, {count} triangles, {size[0]:.3g} x {size[1]:.3g} x "
+            f"{size[2]:.3g} m, every {moving.motion.period:g} s"
+        )
     for camera in scene.cameras:
         print(
             f"  camera {camera.name or '(unnamed)'}: {camera.fov_y_deg:.1f} degrees"
@@ -203,6 +228,7 @@ def doctor(options: argparse.Namespace) -> int:
         "storage block": _mib(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
         "texture side": f"{ctx.info['GL_MAX_TEXTURE_SIZE']} px",
         "array layers": ctx.info["GL_MAX_ARRAY_TEXTURE_LAYERS"],
+        "vertex storage blocks": f"{ctx.info['GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS']} (moving objects need 1)",
         "work group": f"{ctx.info['GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS']} invocations",
         "colour attachments": ctx.info["GL_MAX_COLOR_ATTACHMENTS"],
     }

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
-from .camera import Camera
+from .camera import Camera, Moment
 from .frame.pipeline import CONVERGING, LENS_POINTS, LENS_RAYS, VIEWS, frame_plan, linear_target
+from .frame.progress import Progress
 from .frame.records import Call, FramePlan
 from .frame.targets import TARGETS
 from .gpu.frame_block import FrameInputs, frame_block
@@ -20,20 +20,10 @@ from .gpu.programs import Compiled, Programs, check_names
 from .gpu.scene import GpuScene
 from .gpu.targets import Targets
 from .gpu.timing import Profiler
-from .scene.facts import Facts, frame_facts
+from .scene.facts import Facts, frame_facts, is_cut
 from .settings import Settings, history_key
 
-SLICE_AIM = 0.7  # part of the time budget that a slice of rows is planned to fill: the estimate is noisy
 FRAME_BINDING = 0  # uniform block binding of FrameBlock
-
-
-@dataclass
-class _Progress:
-    """How far a running mean has come: whole samples, and the row the next slice starts at."""
-
-    samples: int = 0
-    row: int = 0
-    rows_per_ms: float = 0.05  # of one sample per pixel; a cautious start, corrected by the first slice
 
 
 class Renderer:
@@ -57,27 +47,40 @@ class Renderer:
         self._plan_key: object = None
         self._drawn_plan: FramePlan | None = None
         self._history: object = None
-        self._camera: Camera | None = None
-        self._previous: Camera | None = None
+        self._drawn: Moment | None = None  # of the last frame, unless its history was dropped
         self._frame = 0
-        self._progress = _Progress()
+        self._progress = Progress()
         self.progress_callback: Callable[[str, float], None] | None = None
         self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
-        self.camera_moved = False  # in the last frame, since the one before it
+        self.moved = False  # whether camera or objects did in the last frame, since the one before it
 
     # -- what users call -----------------------------------------------------------------------------------------------
 
     def draw(
-        self, view: str, camera: Camera, settings: Settings, *, time_budget_ms: float | None = None
+        self,
+        view: str,
+        camera: Camera,
+        settings: Settings,
+        *,
+        time_s: float = 0.0,
+        cut: bool = False,
+        time_budget_ms: float | None = None,
     ) -> moderngl.Texture:
         """Draw one frame of `view` (a view or a target's name) and return the `display` texture, bottom row first.
 
-        A still camera and unchanged settings accumulate. With a time budget the traced view does as many rows as fit.
+        `time_s` is when moving objects are shown. A still picture and unchanged settings accumulate; a cut, told or
+        recognised (app/scene/facts.py), starts afresh. With a time budget the traced view does as many rows as fit.
         """
         begin_cpu = time.thread_time()
-        facts = self._begin_frame(view, camera, settings, time_budget_ms)
+        now = Moment(camera, float(time_s) if self.scene.facts.objects else 0.0)
+        before = self._drawn and self._drawn.camera
+        if cut or (before and is_cut(before, camera, self.scene.facts, self.scene.near_plane, self.size)):
+            self.reset()
+        previous = self._begin_frame(view, now, settings)
+        facts = self._facts(view, now, previous, settings, time_budget_ms)
         plan = self._planned(view, settings, facts)
-        inputs = self._inputs(view, camera, settings, plan, time_budget_ms)
+        inputs = self._inputs(view, now, previous, settings, plan, time_budget_ms)
+        self.scene.place(now.time_s, previous.time_s)
         if any(dict(call.defines).get("SHADOWS") for call in plan.calls):
             self.scene.update_shadow()
         self._frame_buffer.write(frame_block(inputs).tobytes())
@@ -89,7 +92,8 @@ class Renderer:
                 self._run(call, inputs)
             self._ctx.memory_barrier()
             if slice_begin:
-                self._learn_speed(inputs, self._clock() - slice_begin)
+                rows = (inputs.rows[1] - inputs.rows[0]) * settings.rays.samples_per_frame
+                self._progress.learn(rows, self._clock() - slice_begin)
         self._end_frame(view, plan, inputs)
         self.cpu_ms = (time.thread_time() - begin_cpu) * 1e3
         return self._targets.texture("display")
@@ -164,19 +168,28 @@ class Renderer:
 
     # -- one frame -----------------------------------------------------------------------------------------------------
 
-    def _begin_frame(self, view: str, camera: Camera, settings: Settings, time_budget_ms: float | None) -> Facts:
+    def _begin_frame(self, view: str, now: Moment, settings: Settings) -> Moment:
+        """What the frame before showed; `now` itself where the past does not count, which is then dropped."""
         key = (view, history_key(settings), self.size, id(self.scene))
-        moved = self._camera not in (None, camera)
-        if key != self._history or (moved and view in CONVERGING):
-            self._history, self._frame, self._progress = key, 0, _Progress(rows_per_ms=self._progress.rows_per_ms)
-            self._camera = None
+        if key != self._history or (view in CONVERGING and now != self._drawn):
+            self._history, self._frame, self._drawn = key, 0, None
+            self._progress.restart()
             for name in CONVERGING if view in CONVERGING else ():
                 self._targets.clear(name)
-        self._previous = self._camera or camera
-        self.camera_moved = camera != self._previous
-        unsampled = view in LENS_RAYS and time_budget_ms is not None and self._progress.samples == 0
+        previous = self._drawn or now
+        self.moved = now != previous
+        return previous
+
+    def _facts(self, view: str, now: Moment, previous: Moment, settings: Settings, budget_ms: float | None) -> Facts:
         return frame_facts(
-            self.scene.facts, camera, settings.lens, self.size[1], self.scene.near_plane, self.camera_moved, unsampled
+            self.scene.facts,
+            now.camera,
+            settings.lens,
+            self.size[1],
+            self.scene.near_plane,
+            camera_moved=now.camera != previous.camera,
+            objects_moved=now.time_s != previous.time_s,
+            unsampled=view in LENS_RAYS and budget_ms is not None and self._progress.samples == 0,
         )
 
     def _planned(self, view: str, settings: Settings, facts: Facts) -> FramePlan:
@@ -190,11 +203,20 @@ class Renderer:
         return self.plan
 
     def _inputs(
-        self, view: str, camera: Camera, settings: Settings, plan: FramePlan, time_budget_ms: float | None
+        self,
+        view: str,
+        now: Moment,
+        previous: Moment,
+        settings: Settings,
+        plan: FramePlan,
+        time_budget_ms: float | None,
     ) -> FrameInputs:
+        rows = 0, self.size[1]
+        if time_budget_ms is not None and any(call.step.sliced for call in plan.calls):
+            rows = self._progress.next_rows(self.size[1], settings.rays.samples_per_frame, time_budget_ms)
         return FrameInputs(
-            camera=camera,
-            previous=self._previous or camera,
+            now=now,
+            previous=previous,
             settings=settings,
             size=self.size,
             frame_index=self._frame,
@@ -202,7 +224,7 @@ class Renderer:
             near_plane=self.scene.near_plane,
             scene=self.scene,
             through_lens=view in LENS_POINTS,
-            rows=self._slice(plan, settings, time_budget_ms),
+            rows=rows,
             show=TARGETS[view] if view in TARGETS and view not in VIEWS else None,
         )
 
@@ -211,15 +233,6 @@ class Renderer:
         calls, continued = plan.calls, self._progress.row > 0 and plan is self._drawn_plan
         self._drawn_plan = plan
         return calls[next(i for i, call in enumerate(calls) if call.step.sliced) :] if continued else calls
-
-    def _slice(self, plan: FramePlan, settings: Settings, time_budget_ms: float | None) -> tuple[int, int]:
-        """The rows of this frame: all, unless a pass can be sliced and there is a budget to keep."""
-        height = self.size[1]
-        if time_budget_ms is None or not any(call.step.sliced for call in plan.calls):
-            return 0, height
-        rows = int(self._progress.rows_per_ms * time_budget_ms * SLICE_AIM / settings.rays.samples_per_frame)
-        begin = self._progress.row
-        return begin, min(height, begin + max(8, rows // 8 * 8))  # whole work groups of rows
 
     def _run(self, call: Call, inputs: FrameInputs) -> None:
         step = call.step
@@ -272,15 +285,11 @@ class Renderer:
         self._ctx.finish()
         return time.perf_counter()
 
-    def _learn_speed(self, inputs: FrameInputs, seconds: float) -> None:
-        rows = (inputs.rows[1] - inputs.rows[0]) * inputs.settings.rays.samples_per_frame
-        self._progress.rows_per_ms = 0.5 * self._progress.rows_per_ms + 0.5 * rows / max(1e3 * seconds, 0.1)
-
     def _end_frame(self, view: str, plan: FramePlan, inputs: FrameInputs) -> None:
         for target in {t for call in plan.calls for t in call.writes if TARGETS[t].history}:
             self._targets.swap(target)
         self.profiler.end_frame()
-        self._camera = inputs.camera
+        self._drawn = inputs.now
         if inputs.rows[1] < self.size[1]:
             self._progress.row = inputs.rows[1]
             return

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from .bvh.cache import load_or_build
+from .bvh.cache import cached_tree
+from .bvh.top import scene_tree
 from .camera import Viewpoint, look_at
 from .gpu.context import Context
 from .gpu.scene import GpuScene
@@ -32,8 +34,7 @@ def open_scene(name: str, progress: Progress | None = None) -> tuple[Scene, Tria
 def load_gpu_scene(ctx: Context, name: str, progress: Progress | None = None) -> tuple[Scene, GpuScene]:
     """Load a scene and upload it. The BVH is built, or read from the cache, when rays are first asked for."""
     scene, triangles = open_scene(name, progress)
-    build = lambda report=None: load_or_build(triangles.positions, triangles.indices, report)[0]  # noqa: E731
-    return scene, GpuScene(ctx, scene, triangles, build)
+    return scene, GpuScene(ctx, scene, triangles, partial(scene_tree, triangles, cached_tree))
 
 
 def viewpoints(scene: Scene, triangles_bounds: tuple[np.ndarray, np.ndarray]) -> list[Viewpoint]:

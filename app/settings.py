@@ -125,7 +125,7 @@ class Rays:
         0.05,
         0.005,
         1.0,
-        doc="Smallest weight of the newest rays in both layers while the camera moves.",
+        doc="Smallest weight of the newest rays in both layers while something moves.",
         log=True,
     )
     samples_per_frame: int = knob(
@@ -181,7 +181,7 @@ class Temporal:
         0.1,
         0.01,
         1.0,
-        doc="Weight of the newest frame while the camera moves; a still camera averages all frames.",
+        doc="Weight of the newest frame while something moves; a still picture averages all frames.",
         log=True,
         resets=False,
     )

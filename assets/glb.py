@@ -79,11 +79,32 @@ class GlbWriter:
         return self.add("textures", {"source": self.add("images", image), "sampler": sampler})
 
     def node(self, name: str, transform: NDArray[np.float64] | None = None, **content: Any) -> int:
-        """A root node of the scene; `transform` is row-major on column vectors."""
+        """A node; `transform` is row-major on column vectors, `content` whatever else glTF gives it."""
         entry: dict[str, Any] = {"name": name, **content}
         if transform is not None:
             entry["matrix"] = np.round(transform.T.ravel(), 7).tolist()
         return self.add("nodes", entry)
+
+    def animate(
+        self, node: int, path: str, times: NDArray[np.float64], values: NDArray[np.float64], method: str = "LINEAR"
+    ) -> None:
+        """Move a node given by translation or rotation through `values` at `times` [s], in the one animation."""
+        if "animations" not in self.json:
+            self.add("animations", {"name": "motion", "samplers": [], "channels": []})
+        animation = self.json["animations"][0]
+        sampler = {
+            "input": self.accessor(times.astype("<f4"), _FLOAT, "SCALAR"),
+            "output": self.accessor(_rounded(values), _FLOAT, f"VEC{values.shape[1]}"),
+            "interpolation": method,
+        }
+        self.json["accessors"][sampler["input"]] |= {"min": [float(times.min())], "max": [float(times.max())]}
+        animation["channels"].append({"sampler": len(animation["samplers"]), "target": {"node": node, "path": path}})
+        animation["samplers"].append(sampler)
+
+    def roots(self) -> list[int]:
+        """The nodes that are nobody's child."""
+        children = {child for node in self.json["nodes"] for child in node.get("children", [])}
+        return [index for index in range(len(self.json["nodes"])) if index not in children]
 
     def to_bytes(self) -> bytes:
         """The finished container."""
@@ -97,5 +118,5 @@ class GlbWriter:
 
 
 def _rounded(values: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Float32 on a grid of 2**-20, a micrometre: hides the last bits, which differ between processors."""
-    return (np.round(values * 2.0**20) / 2.0**20).astype("<f4")
+    """Float32 on a grid of 2**-20, a micrometre: last bits and signs of zero differ between processors."""
+    return (np.round(values * 2.0**20) / 2.0**20 + 0.0).astype("<f4")

@@ -130,3 +130,88 @@ def leaf(size: int) -> Pixels:
     color = mix((0.16, 0.36, 0.08), (0.30, 0.50, 0.14), noise(u, v, 9, 9, 31))
     color = mix(color, np.broadcast_to((0.50, 0.62, 0.26), color.shape), np.clip(0.45 * veins + 0.9 * rib, 0, 1))
     return np.dstack([to_bytes(color), to_bytes(np.maximum(inside, stalk), 256)])
+
+
+def stripes(size: int, count: int, dark: tuple[float, ...], light: tuple[float, ...]) -> Pixels:
+    """Slanting stripes of two colours, with dots on the light ones."""
+    u, v = coordinates(size, size)
+    phase = (count * (u + v)) % 1.0
+    band = smoothstep(0.23, 0.27, np.abs(phase - 0.5))
+    dots = 1 - smoothstep(0.07, 0.09, np.hypot((2 * count * u) % 1 - 0.5, (2 * count * v) % 1 - 0.5) / 2)
+    color = mix(light, dark, band)
+    return to_bytes(mix(color, color * 0.45, dots * (1 - band)), 64)
+
+
+def facade(size: int, wall: tuple[float, ...], seed: int) -> tuple[Pixels, Pixels]:
+    """(colour, emission) of a storey of timbered wall with two windows, one of them lit."""
+    u, v = coordinates(size, size)
+    plaster = np.asarray(wall) * (0.85 + 0.3 * noise(u, v, 12, 12, seed))[..., None]
+    beam = np.maximum.reduce([np.abs(u - 0.5) > 0.47, np.abs(v - 0.5) > 0.46, np.abs(u - 0.5) < 0.025])
+    brace = (np.abs(np.abs(u - 0.5) - 0.47 + 0.30 * (1 - v)) < 0.022) & (v > 0.62)
+    color = np.where((beam | brace)[..., None], (0.20, 0.11, 0.07), plaster)
+    x, y = (2 * u) % 1 - 0.5, v - 0.40
+    frame = (np.abs(x) < 0.30) & (np.abs(y) < 0.24)
+    pane = (np.abs(x) < 0.25) & (np.abs(y) < 0.20) & (np.abs(x) > 0.02) & (np.abs(y + 0.05) > 0.012)
+    color = np.where(frame[..., None], (0.88, 0.84, 0.74), color)
+    color = np.where(pane[..., None], (0.10, 0.13, 0.18), color)
+    lit = (pane & ((u < 0.5) == bool(seed % 2))).astype(float)
+    return to_bytes(color, 48), to_bytes(lit[..., None] * np.array([1.0, 0.72, 0.36]), 16)
+
+
+def roof_tiles(size: int, tint: tuple[float, ...], seed: int) -> Pixels:
+    """Rows of rounded tiles, each in its own shade."""
+    u, v = coordinates(size, size)
+    columns, rows = 8, 8
+    row = np.floor(v * rows)
+    x = (u * columns + 0.5 * (row % 2)) % columns
+    shades = np.random.Generator(np.random.PCG64(seed)).uniform(0.7, 1.15, (rows, columns))
+    shade = shades[row.astype(int), np.floor(x).astype(int)]
+    across, along = x % 1 - 0.5, v * rows - row
+    edge = smoothstep(0.42, 0.5, np.hypot(across, np.maximum(along - 0.5, 0.0)))
+    return to_bytes(np.asarray(tint) * (shade * (1 - 0.65 * edge) * (0.75 + 0.25 * along))[..., None], 64)
+
+
+def meadow(size: int) -> Pixels:
+    """Mown grass in a chequer of light and dark, sprinkled with flowers."""
+    u, v = coordinates(size, size)
+    square = smoothstep(-0.08, 0.08, np.sin(2 * np.pi * 2 * u) * np.sin(2 * np.pi * 2 * v))
+    blades = noise(u, v, 96, 96, 41)
+    color = mix((0.13, 0.26, 0.07), (0.22, 0.38, 0.11), 0.6 * square + 0.4 * blades)
+    flower = smoothstep(0.965, 0.985, noise(u, v, 64, 64, 42))
+    return to_bytes(mix(color, np.broadcast_to((0.92, 0.86, 0.55), color.shape), flower), 48)
+
+
+def dusk(width: int, height: int) -> Pixels:
+    """An evening sky over ranges of hills with dark firs, painted on a backdrop; not tileable upwards."""
+    u, v = coordinates(height, width)
+    color = mix((0.10, 0.15, 0.33), (0.93, 0.50, 0.27), smoothstep(0.0, 0.72, v) ** 1.3)
+    star = np.hypot((48 * u) % 1 - 0.5, (12 * v) % 1 - 0.5)
+    lattice = np.random.Generator(np.random.PCG64(43)).random((12, 48))
+    chosen = lattice[np.floor(12 * v).astype(int), np.floor(48 * u).astype(int)] > 0.72
+    bright = (1 - smoothstep(0.06, 0.16, star)) * chosen * (1 - smoothstep(0.25, 0.5, v))
+    color = mix(color, np.broadcast_to((0.95, 0.93, 0.80), color.shape), bright)
+    ranges = ((0.62, (0.38, 0.27, 0.37)), (0.72, (0.22, 0.21, 0.30)), (0.83, (0.10, 0.15, 0.16)))
+    for k, (level, tint) in enumerate(ranges):
+        ridge = level - 0.10 * noise(u, np.zeros_like(v), 5 + 3 * k, 1, 44 + k)
+        firs = 0.035 * np.abs((u * (40 + 14 * k)) % 1 - 0.5) * (k > 0)
+        color = mix(color, np.broadcast_to(tint, color.shape), smoothstep(-0.004, 0.004, v - ridge - firs))
+    return to_bytes(color, 56)
+
+
+def clock(size: int) -> Pixels:
+    """A clock face with numerals as bars, at ten past ten; outside it the tower's stone. Not tileable."""
+    u, v = coordinates(size, size)
+    x, y = u - 0.5, 0.5 - v
+    radius, angle = np.hypot(x, y), np.arctan2(x, y)
+    stone = np.asarray((0.62, 0.55, 0.45)) * (0.8 + 0.3 * noise(u, v, 24, 24, 51))[..., None]
+    color = mix(stone, (0.93, 0.90, 0.80), 1 - smoothstep(0.40, 0.41, radius))
+    rim = 1 - smoothstep(0.018, 0.026, np.abs(radius - 0.41))
+    hour = np.abs((angle * 12 / (2 * np.pi)) % 1 - 0.5)
+    bars = (hour > 0.46 - 0.02 / np.maximum(radius, 0.1)) & (np.abs(radius - 0.345) < 0.035)
+    hands = np.zeros_like(u)
+    for turn, length, width in ((10.17 / 12, 0.20, 0.018), (2 / 12, 0.29, 0.012)):
+        along = x * np.sin(2 * np.pi * turn) + y * np.cos(2 * np.pi * turn)
+        aside = np.abs(x * np.cos(2 * np.pi * turn) - y * np.sin(2 * np.pi * turn))
+        hands = np.maximum(hands, (along > -0.04) & (along < length) & (aside < width))
+    ink = np.maximum.reduce([rim, bars.astype(float), hands.astype(float)])
+    return to_bytes(mix(color, (0.10, 0.08, 0.09), ink), 48)

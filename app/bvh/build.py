@@ -52,6 +52,7 @@ class Bvh:
     order: NDArray[np.uint32]  # (m,)
     depth: int  # most inner nodes on a path from the root: the stack the traversal needs (define BVH_STACK)
     stats: BvhStats
+    roots: tuple[int, ...] = (0,)  # several trees in one array: where each begins (app/bvh/top.py)
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,11 @@ def load_or_build(
     return bvh, tuple(notes)
 
 
+def cached_tree(positions: F32, indices: NDArray[np.uint32], progress: Progress | None = None) -> Bvh:
+    """The tree of `load_or_build` alone."""
+    return load_or_build(positions, indices, progress)[0]
+
+
 def content_key(positions: F32, indices: NDArray[np.uint32]) -> str:
     """A hash of everything the tree depends on: geometry, builder version and parameters."""
     builder = (build.BUILDER_VERSION, build.LEAF_SIZE, build.NODE_COST, build.MAX_DEPTH)

@@ -6,7 +6,7 @@ from ..optics import IN_FOCUS_COC_PX
 from ..scene.facts import Facts
 from ..settings import Settings
 from .post import blurred, lens_defines
-from .raster import shading_defines
+from .raster import object_defines, shading_defines
 from .records import Defines, Need, Pass
 
 RECONSTRUCT_RINGS = 3  # 49 taps: at the largest radius two texels apart
@@ -27,8 +27,12 @@ def partly_occluded(settings: Settings, facts: Facts) -> Need:
 
 
 def trace_defines(settings: Settings, facts: Facts) -> Defines:
-    """The lens and the shading of ray hits."""
-    return (*lens_defines(settings, facts), *shading_defines(settings, facts))
+    """The lens, the shading of ray hits, and whether they may have moved."""
+    return (
+        *lens_defines(settings, facts),
+        *shading_defines(settings, facts),
+        *object_defines(settings, facts),
+    )
 
 
 def reconstruct_defines(settings: Settings, facts: Facts) -> Defines:

@@ -36,7 +36,7 @@ VIEWS = {
     "traced": "ground truth: rays distributed over the lens",
     "reference": "ground truth again, by rasterising from many lens points",
 }
-# Views of running means: they start afresh when the camera moves, and need no temporal anti-aliasing.
+# Views of running means: they start afresh when camera or objects move, and need no temporal anti-aliasing.
 LENS_RAYS = TRACED[0].updates
 LENS_POINTS = REFERENCE[0].updates
 CONVERGING = (*LENS_RAYS, *LENS_POINTS)
@@ -75,7 +75,8 @@ def target_plan(target: str, settings: Settings, facts: Facts) -> FramePlan:
     if target not in TARGETS or target in ("display", "resolved"):
         names = ", ".join((*VIEWS, *(t for t in TARGETS if t not in ("display", "resolved") and t not in VIEWS)))
         raise UserError(f"--view {target}: there is no such view or target; choose one of {names}")
-    facts = replace(facts, camera_moved=True) if target == "motion" else facts  # zeros are worth seeing, too
+    if target == "motion" and not facts.moved:
+        facts = replace(facts, camera_moved=True)  # zeros are worth seeing, too
     plan(PASSES, target, settings, facts)  # raises, with the reason, where this scene does not call for the target
     return plan((*PASSES, show_pass(TARGETS[target])), "display", settings, facts)
 

@@ -30,9 +30,18 @@ def shading_defines(settings: Settings, facts: Facts) -> Defines:
 
 def moving(settings: Settings, facts: Facts) -> Need:
     """Motion vectors: only while something moves on screen."""
-    if facts.camera_moved:
-        return Need(True, "the camera moves")
-    return Need(False, "nothing moves")
+    movers = ("the camera moves",) * facts.camera_moved + ("objects move",) * facts.objects_moved
+    return Need(bool(movers), " and ".join(movers) or "nothing moves")
+
+
+def object_defines(settings: Settings, facts: Facts) -> Defines:
+    """Whether vertices and rays must ask where an object is now (glsl/shared/objects.glsl)."""
+    return (("OBJECTS", int(facts.objects)),)
+
+
+def gbuffer_defines(settings: Settings, facts: Facts) -> Defines:
+    """What surfaces are made of, and where they are."""
+    return (*shading_defines(settings, facts), *object_defines(settings, facts))
 
 
 RASTER = (
@@ -42,10 +51,21 @@ RASTER = (
         kind="raster",
         scene=True,
         writes=("base_color", "normal", "depth"),
-        writes_if=(("emissive", lambda settings, facts: facts.emissive),),
-        defines=shading_defines,
+        writes_if=(
+            ("emissive", lambda settings, facts: facts.emissive),
+            ("object", lambda settings, facts: facts.objects),
+        ),
+        defines=gbuffer_defines,
     ),
-    Pass("motion", "raster/motion.comp", reads=("depth",), writes=("motion",), needed=moving),
+    Pass(
+        "motion",
+        "raster/motion.comp",
+        reads=("depth",),
+        optional=("object",),
+        writes=("motion",),
+        needed=moving,
+        defines=object_defines,
+    ),
     Pass(
         "lighting",
         "raster/lighting.comp",

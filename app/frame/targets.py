@@ -16,6 +16,7 @@ TARGETS: dict[str, Target] = {
         Target("normal", 4, "f2", "world normal, octahedral in xy; z: roughness; w: 1 on a surface, 0 in the sky", filter="nearest", show="normal"),
         Target("emissive", 4, "f2", "emitted radiance, linear"),
         Target("depth", 1, "f4", "planar view depth, m; SKY_DEPTH where nothing is", filter="nearest", show="scalar", range=(0.0, 10.0)),
+        Target("object", 1, "f2", "index of the moving object; 0: what stands still", filter="nearest", show="scalar", range=(0.0, 4.0)),
         Target("motion", 2, "f2", "screen motion since last frame, px", filter="nearest", show="vector", range=(-8.0, 8.0)),
         # lighting
         Target("lit", 4, "f2", "radiance, linear; a: luminance of its specular part"),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.model import Light, Material, TextureSlot, Triangles
+from ..scene.model import U32, Light, Material, TextureSlot, Triangles
 from .layout import LIGHT, MATERIAL, VERTEX
 from .octahedral import pack_normals, pack_tangents
 from .textures import Place, slot_bits
@@ -26,6 +26,14 @@ _SLOTS = (
 )
 
 
+OBJECT_SHIFT = 24  # of the moving object's index in a vertex's material word: glsl/shared/objects.glsl
+
+
+def material_words(triangles: Triangles) -> U32:
+    """(n,) each vertex's material and, above it, its moving object; just the material where nothing moves."""
+    return triangles.materials | triangles.objects << np.uint32(OBJECT_SHIFT)
+
+
 def pack_vertices(triangles: Triangles) -> NDArray[Any]:
     """(n,) VERTEX records."""
     records = np.zeros(len(triangles.positions), VERTEX)
@@ -34,7 +42,7 @@ def pack_vertices(triangles: Triangles) -> NDArray[Any]:
     records["u"], records["v"] = triangles.uvs[:, 0], triangles.uvs[:, 1]
     records["normal"] = pack_normals(triangles.normals)
     records["tangent"] = pack_tangents(triangles.tangents)
-    records["material"] = triangles.materials
+    records["material"] = material_words(triangles)
     return records
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..camera import Camera, lens_shear, offset, projection
+from ..camera import Moment, lens_shear, offset, projection
 from ..frame.records import Target
 from ..optics import coc_scale_px, lens_point
 from ..sampling import hash_u32, r2, sobol4
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 class FrameInputs:
     """Everything one frame depends on beside the scene's own buffers."""
 
-    camera: Camera
-    previous: Camera
+    now: Moment
+    previous: Moment  # the frame before; `now` itself where the past does not count
     settings: Settings
     size: tuple[int, int]  # px
     frame_index: int
@@ -68,11 +68,12 @@ class FrameInputs:
 
 def frame_block(inputs: FrameInputs) -> np.ndarray:
     """One FRAME record."""
-    camera, settings, lens = inputs.camera, inputs.settings, inputs.settings.lens
+    camera, before = inputs.now.camera, inputs.previous.camera
+    settings, lens = inputs.settings, inputs.settings.lens
     width, height = inputs.size
     view = camera.view()
     project = projection(camera.fov_y, width / height, inputs.near_plane)
-    previous_project = projection(inputs.previous.fov_y, width / height, inputs.near_plane)
+    previous_project = projection(before.fov_y, width / height, inputs.near_plane)
     to_world = np.linalg.inv(view)
     shear = lens_shear(inputs.lens_offset_m, lens.focus_distance)
     seen = offset(inputs.jitter_px, inputs.size) @ project @ shear @ view
@@ -84,7 +85,7 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "view_proj": seen.T,
         "view_to_world": to_world.T,
         "this_view_proj": (project @ view).T,
-        "prev_view_proj": (previous_project @ inputs.previous.view()).T,
+        "prev_view_proj": (previous_project @ before.view()).T,
         "shadow_view_proj": inputs.scene.shadow.view_proj.T,
         "near_plane": inputs.near_plane,
         "lens_eye": (to_world @ [*inputs.lens_offset_m, 0.0, 1.0])[:3],
@@ -123,7 +124,7 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
         "blend_hit_ratio": settings.blend.hit_ratio,
         "blend_specular": settings.blend.specular,
         "taa_alpha": settings.temporal.alpha,
-        "camera_moved": int(inputs.camera != inputs.previous),
+        "moved": int(inputs.now != inputs.previous),
         "history_valid": int(inputs.frame_index > 0),
         "overlay_range_lo": range_lo,
         "overlay_range_hi": range_hi,

@@ -68,14 +68,14 @@ def print_glsl(dtype: np.dtype) -> str:
 VERTEX = struct(
     "Vertex",
     {
-        "px": ("float", "world position, m"),
+        "px": ("float", "position in the world or, of a moving object, in its own space, m"),
         "py": ("float", ""),
         "pz": ("float", ""),
         "normal": ("uint", "octahedral, snorm16x2"),
         "u": ("float", "texture coordinate, v downwards"),
         "v": ("float", ""),
         "tangent": ("uint", "octahedral, snorm16x2; lowest bit of the high half: handedness is -1"),
-        "material": ("uint", "index into the materials"),
+        "material": ("uint", "index into the materials; bits 24..: the moving object's, 0 if it stands still"),
     },
 )
 
@@ -166,7 +166,7 @@ FRAME = struct(
         "blend_hit_ratio": ("float", "far: rays count below this hit ratio"),
         "blend_specular": ("float", "near: specular luminance at which the post-process wins"),
         "taa_alpha": ("float", "blend factor of the newest frame"),
-        "camera_moved": ("uint", "1 if the view changed since last frame"),
+        "moved": ("uint", "1 if the view or an object moved since last frame"),
         "history_valid": ("uint", "0 right after a reset"),
         "mask_threshold": ("float", "mask responses below get no rays"),
         "mask_variance": ("float", "weight of the rays' deviation in the ray budget"),
@@ -180,7 +180,20 @@ FRAME = struct(
 
 BVH_NODE = struct("BvhNode", BVH_NODE_FIELDS)
 
-STRUCTS = (VERTEX, MATERIAL, LIGHT, FRAME, BVH_NODE)
+OBJECT = struct(
+    "Object",
+    {
+        "to_world": ("mat4", "its own space to the world"),
+        "from_world": ("mat4", "the inverse; rays use the linear part only, about to_world's translation"),
+        "to_previous": ("mat4", "where a point of the world now was one frame ago"),
+        "root": ("uint", "node where its tree begins"),
+        "unused0": ("uint", "padding"),
+        "unused1": ("uint", "padding"),
+        "unused2": ("uint", "padding"),
+    },
+)
+
+STRUCTS = (VERTEX, MATERIAL, LIGHT, FRAME, BVH_NODE, OBJECT)
 STRUCTS_FILE = "shared/structs.glsl"
 
 

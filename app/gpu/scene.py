@@ -15,7 +15,8 @@ from ..errors import UserError
 from ..scene.facts import SceneFacts, near_plane, scene_facts
 from ..scene.flatten import bounds
 from ..scene.model import Environment, Light, Scene, Triangles
-from .arrays import draw_order, oriented, pack_lights, pack_materials, pack_vertices
+from .arrays import draw_order, material_words, oriented, pack_lights, pack_materials, pack_vertices
+from .objects import GpuObjects
 from .shadow import ShadowMap
 from .textures import SceneTextures
 
@@ -35,8 +36,8 @@ ATTRIBUTES = (("position", "3f", 12), ("normal", "1u", 4), ("uv", "2f", 8), ("ta
 class GpuScene:
     """Buffers by block name, textures by sampler name, and the facts that planning needs.
 
-    Raises UserError where the scene exceeds a limit of the device. `bvh_loader(progress)` builds or loads the tree when
-    rays first need it.
+    Raises UserError where the scene exceeds a limit of the device. `bvh_loader(progress)` builds or loads the tree
+    (app/bvh/top.py: scene_tree) when rays first need it.
     """
 
     def __init__(
@@ -47,6 +48,8 @@ class GpuScene:
         bvh_loader: Callable[[Progress | None], Bvh] | None = None,
     ) -> None:
         self._ctx, self._bvh_loader = ctx, bvh_loader
+        if triangles.moving and not ctx.info.get("GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS"):  # OpenGL 4.3 grants none
+            raise UserError("this device cannot place moving objects: choose a scene in which nothing moves")
         self._triangles = triangles = oriented(triangles)
         self.facts: SceneFacts = scene_facts(scene, *bounds(triangles))
         self.near_plane = near_plane(self.facts.low, self.facts.high)
@@ -63,6 +66,9 @@ class GpuScene:
         except UserError:
             self.textures.release()
             raise
+        self.objects = GpuObjects(ctx, triangles) if triangles.moving else None
+        if self.objects:
+            self.blocks["Objects"] = self.objects.buffer
         self._indices = ctx.buffer(draw_order(triangles, masked).tobytes())
         self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
         self._bvh_defines: dict[str, int] = {}
@@ -96,15 +102,25 @@ class GpuScene:
         bvh = self._bvh_loader(progress)
         t = self._triangles
         self._upload(
-            Triangles=pack_triangles(bvh.order, t.indices, t.materials),
+            Triangles=pack_triangles(bvh.order, t.indices, material_words(t)),
             TrianglePositions=pack_triangle_positions(bvh.order, t.positions, t.indices),
             BvhNodes=bvh.nodes,
         )
         self._bvh_defines = {"BVH_STACK": max(bvh.depth, 1)}
+        if self.objects:
+            self._bvh_defines["TOP_STACK"] = self.objects.stack
+            self.objects.take_roots(bvh.roots)
+            self.blocks["BvhNodes"].write(self.objects.top_nodes().tobytes())
+
+    def place(self, time_s: float, previous_s: float) -> None:
+        """Move the objects, if any, to where they are at `time_s` and were last frame at `previous_s`."""
+        if self.objects and self.objects.place(time_s, previous_s) and "BvhNodes" in self.blocks:
+            self.blocks["BvhNodes"].write(self.objects.top_nodes().tobytes())
 
     def update_shadow(self) -> bool:
         """Render the shadow map if the sun or the geometry changed since; True if it was rendered."""
-        return self.sun is not None and self.shadow.update(self.sun.direction)
+        time_s = self.objects.time_s if self.objects else 0.0
+        return self.sun is not None and self.shadow.update(self.sun.direction, time_s)
 
     def draw(self, program: moderngl.Program) -> None:
         """Draw every triangle with one call; the program names the vertex attributes it wants."""

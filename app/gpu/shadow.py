@@ -1,4 +1,4 @@
-"""The sun's shadow map: depth of the static scene along the light, rendered again only when the light has turned."""
+"""The sun's shadow map: depth along the light, rendered again only when the light has turned or an object moved."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ShadowMap:
 
     def __init__(self, ctx: moderngl.Context, scene: Drawable, low: Vec3, high: Vec3) -> None:
         self._ctx, self._scene, self._low, self._high = ctx, scene, low, high
-        self._direction: Vec3 | None = None
+        self._shown: tuple[Vec3, float] | None = None
         self._program: moderngl.Program | None = None
         self.size = SIZE if scene.facts.sun else 1  # without a sun nothing reads it, but a sampler must have a texture
         self.texture = ctx.depth_texture((self.size, self.size))
@@ -59,11 +59,13 @@ class ShadowMap:
         """Of the depth texture."""
         return self.size * self.size * BYTES_PER_TEXEL
 
-    def update(self, direction: Vec3) -> bool:
-        """Render for light travelling along `direction` (unit) unless the map shows just that. True if it rendered."""
-        if direction == self._direction:
+    def update(self, direction: Vec3, time_s: float = 0.0) -> bool:
+        """Render for light travelling along `direction` (unit), and the scene as it was placed for `time_s`, unless the
+        map shows just that. True if it rendered.
+        """
+        if self._shown == (direction, time_s):
             return False
-        self._direction = direction
+        self._shown = direction, time_s
         self.view_proj = sun_view_projection(direction, self._low, self._high, self.size)
         self._render()
         self.renders += 1
@@ -96,7 +98,8 @@ class ShadowMap:
     def _compiled(self) -> moderngl.Program:
         facts, files = self._scene.facts, load_glsl()
         holes = {"ALPHA_MASKED": int(facts.alpha_masked), "TEXTURED": int(facts.textured and facts.alpha_masked)}
-        defines = {**self._scene.defines, **holes, "LIT": 0, "NORMAL_MAPPED": 0, "EMISSIVE": 0}
+        unused = {"LIT": 0, "NORMAL_MAPPED": 0, "EMISSIVE": 0}
+        defines = {**self._scene.defines, **holes, **unused, "OBJECTS": int(facts.objects)}
         vertex, fragment = (assemble(f"raster/shadow.{stage}", files, defines) for stage in ("vert", "frag"))
         try:
             return self._ctx.program(vertex_shader=vertex.text, fragment_shader=fragment.text)

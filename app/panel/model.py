@@ -66,6 +66,7 @@ class Shown:
     viewpoints: tuple[Viewpoint, ...] = ()
     memory: Mapping[str, int] = field(default_factory=dict)
     speed: float = 1.0  # m/s
+    motion: tuple[bool, float] | None = None  # whether the scene's motion plays, and its time, s; None: nothing moves
     load_error: str = ""
     shader_error: str = ""
     message: str = ""  # fades after a few seconds

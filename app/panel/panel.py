@@ -102,3 +102,6 @@ class Panel:
             unit = "sample" if cost.view in CONVERGING else "frame"
             muted(f"{cost.view}: {count(cost.samples, unit)}{resting}")
         muted(f"fly speed {shown.speed:.3g} m/s")
+        if shown.motion:
+            playing, time_s = shown.motion
+            muted(f"motion {'plays' if playing else 'paused'} at {time_s:.1f} s (P)")

@@ -5,6 +5,7 @@ Every fact errs on the side of drawing: a CoC bound is never below a CoC that ca
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,13 +18,15 @@ from .model import F64, Scene
 
 MAX_NEAR_PLANE = 0.02  # m: nearer than a hand holds a leaf to a lens; at 10 m a 24-bit depth step is then 0.3 mm
 NEAR_SHARE = 2.5e-3  # of the scene's diagonal, for scenes smaller than a room
+CUT_DEPTHS = 8  # at which a jump of the camera is judged: within a factor of two of everything from a hand to a hall
+_CUT_GRID = np.linspace(-0.98, 0.98, 9)  # of the picture's half width and height: a ninth of the screen apart
 
 
 @dataclass(frozen=True)
 class SceneFacts:
     """What stays true of a scene wherever one looks from."""
 
-    low: tuple[float, float, float]  # bounds, m, world
+    low: tuple[float, float, float]  # bounds of all that it passes through, m, world
     high: tuple[float, float, float]
     textured: bool
     normal_mapped: bool
@@ -31,6 +34,7 @@ class SceneFacts:
     alpha_masked: bool
     lights: int
     sun: bool
+    objects: bool = False  # parts of it move
 
 
 @dataclass(frozen=True)
@@ -45,8 +49,15 @@ class Facts:
     alpha_masked: bool = False
     lights: int = 0
     sun: bool = False
-    camera_moved: bool = False
+    objects: bool = False
+    camera_moved: bool = False  # since last frame
+    objects_moved: bool = False
     unsampled: bool = False  # pixels of a running mean still lack their first sample
+
+    @property
+    def moved(self) -> bool:
+        """Whether anything on screen may have moved since last frame."""
+        return self.camera_moved or self.objects_moved
 
 
 def scene_facts(scene: Scene, low: F64, high: F64) -> SceneFacts:
@@ -62,6 +73,7 @@ def scene_facts(scene: Scene, low: F64, high: F64) -> SceneFacts:
         alpha_masked=any(m.alpha_cutoff is not None for m in used),
         lights=len(scene.lights),
         sun=any(light.kind == "sun" for light in scene.lights),
+        objects=any(instance.motion is not None for instance in scene.instances),
     )
 
 
@@ -80,6 +92,33 @@ def depth_range(camera: Camera, facts: SceneFacts, near_plane: float) -> tuple[f
     return max(float(depths.min()), near_plane), max(float(depths.max()), near_plane)
 
 
+def is_cut(before: Camera, now: Camera, scene: SceneFacts, near_plane: float, size: tuple[int, int]) -> bool:
+    """Whether the view jumped so far that nothing it shows was on screen a frame ago: a cut, after which whatever was
+    accumulated is another picture's.
+
+    Asked of a grid of pixels at depths from the scene's nearest to its farthest, since it is not yet known what they
+    show. A jump that leaves a single one of them on screen, seen from the same side, is taken for motion.
+    """
+    if before == now:
+        return False
+    nearest, farthest = depth_range(now, scene, near_plane)
+    slope_before = math.tan(before.fov_y / 2) * np.array([size[0] / size[1], 1.0])
+    # Nearly always the middle of the picture, far away, answers at once: it stays within the earlier field of view.
+    turn = math.acos(min(max(float(np.dot(before.forward, now.forward)), -1.0), 1.0))
+    move = math.dist(before.eye, now.eye)
+    if move < farthest and turn + math.asin(move / farthest) < math.atan(slope_before.min()):
+        return False
+    x, y, z = np.meshgrid(_CUT_GRID, _CUT_GRID, np.geomspace(nearest, farthest, CUT_DEPTHS), indexing="ij")
+    slope = math.tan(now.fov_y / 2) * np.array([size[0] / size[1], 1.0])
+    in_view = np.stack([x * slope[0] * z, y * slope[1] * z, -z], -1).reshape(-1, 3)
+    away = in_view @ now.view()[:3, :3]  # from the eye, in world axes
+    away_before = away + np.subtract(now.eye, before.eye)
+    earlier = away_before @ before.view()[:3, :3].T
+    on_screen = (np.abs(earlier[:, :2]) <= -earlier[:, 2:] * slope_before).all(axis=1)
+    same_side = np.einsum("ij,ij->i", away, away_before) > 0.0
+    return not bool(np.any(on_screen & same_side))
+
+
 def frame_facts(
     scene: SceneFacts,
     camera: Camera,
@@ -88,6 +127,7 @@ def frame_facts(
     near_plane: float,
     camera_moved: bool = False,
     unsampled: bool = False,
+    objects_moved: bool = False,
 ) -> Facts:
     """Facts of one frame. The sky counts as far geometry: it is blurred like any."""
     nearest, _ = depth_range(camera, scene, near_plane)
@@ -102,6 +142,8 @@ def frame_facts(
         alpha_masked=scene.alpha_masked,
         lights=scene.lights,
         sun=scene.sun,
+        objects=scene.objects,
         camera_moved=camera_moved,
+        objects_moved=objects_moved,
         unsampled=unsampled,
     )

@@ -1,48 +1,87 @@
-"""Bakes the instances of a scene into one world-space triangle list, the form that raster and rays share."""
+"""Bakes the instances of a scene into one triangle list, the form that raster and rays share."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from . import geometry
-from .model import F64, Instance, Mesh, Scene, Triangles
+from .model import F64, Instance, Mesh, MovingObject, Scene, Triangles
+from .motion import Motion, displacements
 
 
 def flatten(scene: Scene) -> Triangles:
-    """World-space arrays of all instances, in instance order; triangles that collapse on the way are dropped.
+    """Arrays of all instances, those that stand still first; triangles that collapse on the way are dropped.
 
     Triangle order is kept under mirroring: surfaces are two-sided, nothing here or later reads the winding.
     """
-    placed = [_place(scene.meshes[i.mesh], i) for i in scene.instances]
-    if not placed:
-        return _EMPTY
-    counts = [len(p.positions) for p in placed]
-    starts = np.cumsum([0, *counts[:-1]]).astype(np.uint32)
-    indices = np.concatenate([p.indices + start for p, start in zip(placed, starts, strict=True)])
-    positions = np.concatenate([p.positions for p in placed])
-    indices = indices[~geometry.degenerate(positions, indices)]
-    return Triangles(
-        positions,
-        np.concatenate([p.normals for p in placed]),
-        np.concatenate([p.uvs for p in placed]),
-        np.concatenate([p.tangents for p in placed]),
-        np.concatenate([p.materials for p in placed]),
-        np.ascontiguousarray(indices),
-    )
+    standing = [_place(scene.meshes[i.mesh], i, 0) for i in scene.instances if i.motion is None]
+    parts, moving = [*standing], list[MovingObject]()
+    for motion in dict.fromkeys(i.motion for i in scene.instances if i.motion is not None):
+        index = len(moving) + 1
+        together = [_place(scene.meshes[i.mesh], i, index) for i in scene.instances if i.motion is motion]
+        body, centred = _moving_object(motion, together)
+        parts += centred
+        moving.append(body)
+    return replace(_merged(parts), moving=tuple(moving)) if parts else _EMPTY
 
 
 def bounds(triangles: Triangles) -> tuple[F64, F64]:
-    """(lowest, highest) corner of the world-space box around all vertices, m; both zero for none."""
-    if not len(triangles.positions):
-        return np.zeros(3), np.zeros(3)
-    return triangles.positions.min(axis=0).astype(np.float64), triangles.positions.max(axis=0).astype(np.float64)
+    """(lowest, highest) corner of a box around all that the scene passes through in the world, m; both zero for none.
+
+    Exactly that of the vertices where nothing moves.
+    """
+    standing = triangles.positions[triangles.objects == 0].astype(np.float64)
+    corners = np.concatenate([standing, *([m.low, m.high] for m in triangles.moving)])
+    return (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.zeros(3), np.zeros(3))
+
+
+def places(moving: Sequence[MovingObject], time_s: float) -> F64:
+    """(k, 4, 4) each object's own space to the world at a time."""
+    matrices = displacements([m.motion for m in moving], time_s)
+    matrices[:, :3, 3] += np.einsum("kij,kj->ki", matrices[:, :3, :3], np.stack([m.origin for m in moving]))
+    return matrices
+
+
+def triangles_of(triangles: Triangles) -> list[int]:
+    """How many triangles each moving object has."""
+    counts = np.bincount(triangles.objects[triangles.indices[:, 0]], minlength=len(triangles.moving) + 1)
+    return [int(count) for count in counts[1:]]
+
+
+def _merged(parts: list[Triangles]) -> Triangles:
+    counts = [len(p.positions) for p in parts]
+    starts = np.cumsum([0, *counts[:-1]]).astype(np.uint32)
+    indices = np.concatenate([p.indices + start for p, start in zip(parts, starts, strict=True)])
+    positions = np.concatenate([p.positions for p in parts])
+    return Triangles(
+        positions,
+        np.concatenate([p.normals for p in parts]),
+        np.concatenate([p.uvs for p in parts]),
+        np.concatenate([p.tangents for p in parts]),
+        np.concatenate([p.materials for p in parts]),
+        np.ascontiguousarray(indices[~geometry.degenerate(positions, indices)]),
+        np.concatenate([p.objects for p in parts]),
+    )
+
+
+def _moving_object(motion: Motion, parts: list[Triangles]) -> tuple[MovingObject, list[Triangles]]:
+    """What moves as one, and its triangles in its own space; `parts` are where time 0 has them."""
+    positions = np.concatenate([p.positions for p in parts]).astype(np.float64)
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    origin = 0.5 * (low + high)
+    centred = [replace(p, positions=(p.positions - origin).astype(np.float32)) for p in parts]
+    half_size = np.abs(np.concatenate([p.positions for p in centred])).max(axis=0).astype(np.float64)
+    return MovingObject(motion, origin, half_size, *motion.swept(origin - half_size, origin + half_size)), centred
 
 
 def _positions(mesh: Mesh, instance: Instance) -> F64:
     return mesh.positions @ instance.transform[:3, :3].T + instance.transform[:3, 3]
 
 
-def _place(mesh: Mesh, instance: Instance) -> Triangles:
+def _place(mesh: Mesh, instance: Instance, index: int) -> Triangles:
     """One mesh in the world. Normals go by the cofactors: the inverse transpose, up to scale."""
     linear = instance.transform[:3, :3]
     flip = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
@@ -56,6 +95,7 @@ def _place(mesh: Mesh, instance: Instance) -> Triangles:
         tangents.astype(np.float32),
         np.full(len(mesh.positions), mesh.material, np.uint32),
         mesh.triangles,
+        np.full(len(mesh.positions), index, np.uint32),
     )
 
 
@@ -70,4 +110,5 @@ _EMPTY = Triangles(
     np.zeros((0, 4), np.float32),
     np.zeros(0, np.uint32),
     np.zeros((0, 3), np.uint32),
+    np.zeros(0, np.uint32),
 )

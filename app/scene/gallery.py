@@ -27,6 +27,11 @@ SCENES = (
         "A vase and chess pieces on a table, seen past a leafy branch, with a string of lights behind",
         "still_life.glb",
     ),
+    BuiltIn(
+        "toy-train",
+        "A toy train crosses a painted town, seen between the sails of turning wind wheels, with bulbs far behind",
+        "toy_train.glb",
+    ),
 )
 DEFAULT = SCENES[0]
 

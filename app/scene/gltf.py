@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from ..errors import UserError
 from . import gltf_accessors as accessors
 from .decoded import Decoded
+from .gltf_animation import read_animation
 from .gltf_file import GltfFile, Json
 from .gltf_materials import MaterialReader, ReadMaterial
 from .gltf_nodes import Node, read_camera, read_light, walk
 from .model import Environment, Instance, Light, Material, SceneCamera
-from .validate import RawMesh, count
+from .validate import RawMesh
 
 _LINES_AND_POINTS = {0, 1, 2, 3}
 _UNDERSTOOD = {
@@ -64,7 +65,7 @@ class _Reader:
         instances: list[Instance] = []
         cameras: list[SceneCamera] = []
         lights: list[Light] = []
-        nodes = list(walk(self.file))
+        nodes = list(walk(self.file, read_animation(self.file, self.notes), self.notes))
         for done, node in enumerate(nodes):
             self.progress("reading geometry", done / len(nodes))
             instances += self._instances(node)
@@ -72,6 +73,8 @@ class _Reader:
                 cameras.append(camera)
             if light := read_light(self.file, node):
                 lights.append(light)
+            if node.motion and (light or "camera" in node.json):
+                self.notes.append("Cameras and lights do not move with their nodes; they stay where time 0 has them.")
         self._note_features()
         self.progress("decoding images", 0.0)
         images = self.material_reader.images()
@@ -86,7 +89,7 @@ class _Reader:
         if "EXT_mesh_gpu_instancing" in node.json.get("extensions", {}):
             self.notes.append("Meshes instanced by EXT_mesh_gpu_instancing are drawn once.")
         name = str(node.json.get("name", ""))
-        return [Instance(mesh, node.world, name) for mesh in self._mesh(node.json["mesh"])]
+        return [Instance(mesh, node.world, name, node.motion) for mesh in self._mesh(node.json["mesh"])]
 
     def _mesh(self, index: int) -> list[int]:
         """Indices of the RawMeshes, one for each primitive that holds triangles."""
@@ -153,8 +156,6 @@ class _Reader:
 
     def _note_features(self) -> None:
         document = self.file.json
-        if document.get("animations"):
-            self.notes.append(f"{count(len(document['animations']), 'animation')} left out: the scene stands still.")
         if document.get("skins"):
             self.notes.append("Skinning is not applied; skinned meshes keep their bind pose.")
         if len(document.get("scenes", [])) > 1:

@@ -1,4 +1,4 @@
-"""The glTF node graph: world transforms, and the cameras and lights that hang on it (KHR_lights_punctual)."""
+"""The glTF node graph: world transforms, what moves them, and the cameras and lights on it (KHR_lights_punctual)."""
 
 from __future__ import annotations
 
@@ -8,23 +8,37 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .gltf_animation import Animation
 from .gltf_file import GltfFile, Json
 from .model import F64, Light, SceneCamera
+from .motion import Joint, Motion, Track, rotation_matrices, still, unit_quaternions
 
 _KINDS = {"directional": "sun", "point": "point", "spot": "spot"}
+# Ratio of the scales along two axes beyond which the way back into a moving space is lost to float32.
+WORST_CONDITION = 1e5
+MAX_JOINTS = 64  # animated nodes above one another: twice what an animal's skeleton has
 
 
 class Node(NamedTuple):
-    """A node with its world transform, row-major on column vectors."""
+    """A node with its world transform at time 0, row-major on column vectors."""
 
     json: Json
     world: F64  # (4, 4)
+    motion: Motion | None = None  # displaces it from there; None: it stands still
 
 
-def walk(file: GltfFile) -> Iterator[Node]:
+class _Place(NamedTuple):
+    """Where the children of a node hang: at rest relative to the world, or to the innermost moving node above."""
+
+    world: F64  # (4, 4) at time 0
+    rest: F64  # (4, 4) to the moving node's space, or to the world
+    motion: Motion | None
+
+
+def walk(file: GltfFile, animation: Animation, notes: list[str]) -> Iterator[Node]:
     """All nodes of the default scene, parents first; UserError on a cycle or a node with two parents."""
     seen: set[int] = set()
-    pending = [(root, np.eye(4)) for root in reversed(_roots(file))]
+    pending = [(root, _Place(np.eye(4), np.eye(4), None)) for root in reversed(_roots(file))]
     while pending:
         index, parent = pending.pop()
         node = file.item("nodes", index)
@@ -32,9 +46,30 @@ def walk(file: GltfFile) -> Iterator[Node]:
             raise file.broken(f"reaches nodes[{index}] twice, so its node graph is no tree")
         seen.add(index)
         with np.errstate(over="ignore", invalid="ignore"):  # an infinite place is refused later, by validate
-            world = parent @ _local(file, node)
-        yield Node(node, world)
-        pending += [(child, world) for child in reversed(node.get("children", []))]
+            local = _local(file, node)
+            place = _Place(parent.world @ local, parent.rest @ local, parent.motion)
+            if tracks := animation.tracks.get(index):
+                place = _moving(node, tracks, animation.period, parent, notes)
+        yield Node(node, place.world, place.motion)
+        pending += [(child, place) for child in reversed(node.get("children", []))]
+
+
+def _moving(node: Json, tracks: dict[str, Track], period: float, parent: _Place, notes: list[str]) -> _Place:
+    """The place of an animated node; one that cannot be followed stays at its pose of time 0."""
+    joint = Joint(
+        parent.rest,
+        tracks.get("translation") or still(_vector(node.get("translation", (0, 0, 0)), 3)),
+        tracks.get("rotation") or still(unit_quaternions([_vector(node.get("rotation", (0, 0, 0, 1)), 4)])[0]),
+        _vector(node.get("scale", (1, 1, 1)), 3),
+    )
+    above = parent.motion.joints if parent.motion else ()
+    pose = joint.pose(np.zeros(1))[0]
+    world = parent.world @ pose
+    followed = np.isfinite(world).all() and np.linalg.cond(world[:3, :3]) <= WORST_CONDITION
+    if followed and len(above) < MAX_JOINTS:
+        return _Place(world, np.eye(4), Motion((*above, joint), period, str(node.get("name", ""))))
+    notes.append(f"Animated nodes that are scaled flat, far off or below {MAX_JOINTS} others do not move themselves.")
+    return _Place(world, parent.rest @ pose, parent.motion)
 
 
 def _roots(file: GltfFile) -> list[int]:
@@ -55,8 +90,8 @@ def _local(file: GltfFile, node: Json) -> F64:
             raise file.broken("has a node matrix that is not affine")
     else:
         local = np.eye(4)
-        rotation = _rotation(_vector(node.get("rotation", (0, 0, 0, 1)), 4))
-        local[:3, :3] = rotation * _vector(node.get("scale", (1, 1, 1)), 3)
+        quaternion = unit_quaternions([_vector(node.get("rotation", (0, 0, 0, 1)), 4)])  # exporters round
+        local[:3, :3] = rotation_matrices(quaternion)[0] * _vector(node.get("scale", (1, 1, 1)), 3)
         local[:3, 3] = _vector(node.get("translation", (0, 0, 0)), 3)
     if not np.isfinite(local).all():
         raise file.broken("has a node transform that is not finite")
@@ -68,22 +103,6 @@ def _vector(values: Any, length: int) -> F64:
     if vector.shape != (length,):
         raise ValueError(f"{length} numbers expected, got {values!r:.60}")
     return vector
-
-
-def _rotation(quaternion: F64) -> F64:
-    """Rotation matrix of (x, y, z, w); exporters round, so it is normalised first."""
-    largest = np.abs(quaternion).max()
-    if not largest > 0.0:
-        return np.eye(3)
-    scaled = quaternion / largest
-    x, y, z, w = scaled / np.linalg.norm(scaled)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def _direction(world: F64, local: tuple[float, float, float]) -> F64:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,9 @@ from ..errors import UserError
 from . import gallery
 from .decoded import Decoded
 from .gltf import read_gltf
-from .model import LARGEST_IMAGE_PX, Image, LoadReport, Mesh, Scene
-from .validate import MAX_TRIANGLES, Repairs, check_placed, clean
+from .model import F64, LARGEST_IMAGE_PX, Image, Instance, LoadReport, Mesh, Scene
+from .motion import Motion
+from .validate import MAX_MOVING, MAX_TRIANGLES, Repairs, check_moving, check_placed, clean
 from .vertex_colors import colors_to_materials
 
 Progress = Callable[[str, float], None]
@@ -66,8 +68,8 @@ def _decode(path: Path, progress: Progress) -> Decoded:
 def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, source: str, started: float) -> Scene:
     meshes = [mesh for mesh, _ in cleaned]
     instances = [i for i in decoded.instances if len(meshes[i.mesh].triangles)]
-    for instance in instances:
-        check_placed(meshes[instance.mesh], instance, f"{source}: {instance.name or 'a mesh'}")
+    instances = _with_few_moving(instances, decoded.notes)
+    _check_places(meshes, instances, source)
     triangles = sum(cleaned[i.mesh][1] for i in decoded.instances)
     kept = sum(len(meshes[i.mesh].triangles) for i in instances)
     if not kept:
@@ -92,6 +94,27 @@ def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, 
         tuple(decoded.cameras),
         summary,
     )
+
+
+def _check_places(meshes: list[Mesh], instances: list[Instance], source: str) -> None:
+    """Raise UserError unless everything stays near enough to the origin, at all times."""
+    moving: dict[Motion, F64] = {}
+    for instance in instances:
+        reach = check_placed(meshes[instance.mesh], instance, f"{source}: {instance.name or 'a mesh'}")
+        if instance.motion:
+            moving[instance.motion] = np.maximum(reach, moving.get(instance.motion, reach))
+    for motion, reach in moving.items():
+        check_moving(motion, reach, f"{source}: {motion.name or 'a moving mesh'}")
+
+
+def _with_few_moving(instances: list[Instance], notes: list[str]) -> list[Instance]:
+    """The instances, with all beyond the first MAX_MOVING objects standing still."""
+    motions = list(dict.fromkeys(i.motion for i in instances if i.motion))
+    if len(motions) <= MAX_MOVING:
+        return instances
+    notes.append(f"Of {len(motions)} moving objects, only the first {MAX_MOVING} move.")
+    kept = {None, *motions[:MAX_MOVING]}
+    return [i if i.motion in kept else replace(i, motion=None) for i in instances]
 
 
 def _reduced(images: Sequence[Image]) -> list[str]:

@@ -7,10 +7,13 @@ Nothing here knows a file format or the GPU.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .motion import Motion
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -77,8 +80,9 @@ class Instance:
     """A mesh placed in the world (a leaf of the flattened scene graph)."""
 
     mesh: int
-    transform: F64  # (4, 4) mesh to world
+    transform: F64  # (4, 4) mesh to world, at time 0
     name: str = ""
+    motion: Motion | None = None  # displaces it from there as time goes by; shared by all that moves as one
 
 
 @dataclass(frozen=True)
@@ -143,10 +147,24 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Triangles:
-    """All instances baked into world space: one vertex list, one triangle list (the static scene).
+class MovingObject:
+    """Instances that move as one. Its own space: the world's axes at time 0, around the middle of its box, so that
+    float32 is at its best there.
+    """
 
-    `materials` is per vertex, so that one draw call and one lookup at a ray hit serve every material.
+    motion: Motion
+    origin: F64  # (3,) of its space, m, world at time 0
+    half_size: F64  # (3,) of its box around the origin, m
+    low: F64  # (3,) lowest corner of a box around all that it passes through, m, world
+    high: F64
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """All instances baked into one vertex list and one triangle list: what stands still in world space, first, then
+    each moving object in its own space.
+
+    `materials` and `objects` are per vertex, so that one draw call and one lookup at a ray hit serve them all.
     """
 
     positions: F32  # (n, 3) m, world
@@ -154,4 +172,6 @@ class Triangles:
     uvs: F32  # (n, 2)
     tangents: F32  # (n, 4)
     materials: U32  # (n,)
-    indices: U32  # (m, 3)
+    indices: U32  # (m, 3), ascending by object
+    objects: U32  # (n,) 0: stands still; k: moves with moving[k - 1]
+    moving: tuple[MovingObject, ...] = ()

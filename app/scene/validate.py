@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ..errors import UserError
 from . import geometry
-from .model import F32, U32, Instance, Mesh
+from .model import F32, F64, U32, Instance, Mesh
+from .motion import Motion
 
 # 32-byte vertices and 16-byte triangles: this many fill 1.6 GB, the most a present-day desktop GPU can be asked to hold
 # beside the BVH. Above it, decoding alone would take minutes.
@@ -17,6 +18,7 @@ MAX_VERTICES = 50_000_000
 MAX_TRIANGLES = 50_000_000
 # A world wider than this leaves float32 less than a millimetre of resolution, and beyond 1e18 m squares overflow.
 MAX_COORDINATE = 1e9
+MAX_MOVING = 255  # objects: their index shares a 32-bit word with the material's (app/gpu/arrays.py)
 
 
 @dataclass(frozen=True)
@@ -83,14 +85,29 @@ def check(raw: RawMesh, where: str) -> None:
         raise UserError(f"{where} has a texture coordinate that is not a finite number: re-export the file.")
 
 
-def check_placed(mesh: Mesh, instance: Instance, where: str) -> None:
-    """Raise UserError unless the instance lies within MAX_COORDINATE of the origin (a NaN transform does not)."""
+def check_placed(mesh: Mesh, instance: Instance, where: str) -> F64:
+    """Raise UserError unless the instance is within MAX_COORDINATE of the origin at time 0 (a NaN transform is not).
+
+    Returns how far from the origin it reaches along each axis (3,) [m].
+    """
     if not len(mesh.positions):
-        return
+        return np.zeros(3)
     low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
     linear, offset = instance.transform[:3, :3], instance.transform[:3, 3]
     with np.errstate(over="ignore", invalid="ignore"):
         reach = np.abs(linear) @ np.maximum(np.abs(low), np.abs(high)) + np.abs(offset)
+    _check_reach(reach, where)
+    return reach
+
+
+def check_moving(motion: Motion, reach: F64, where: str) -> None:
+    """The same at all times for what reaches so far along each axis at time 0."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        swept = np.abs(motion.swept(-reach, reach)).max(axis=0)
+    _check_reach(swept, where)
+
+
+def _check_reach(reach: F64, where: str) -> None:
     if not (reach <= MAX_COORDINATE).all():
         raise UserError(f"{where} is placed too far from the origin ({MAX_COORDINATE:g} m at most): move or scale it.")
 

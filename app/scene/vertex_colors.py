@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .decoded import Decoded
 from .geometry import area_weighted_normals
-from .model import F32, F64, Instance, Material
+from .model import F32, F64, Material
 from .validate import RawMesh, check, count
 
 MAX_COLORS = 64  # per mesh: below one 8-bit step in 16 on a typical scan, while the material table stays small
@@ -33,7 +33,7 @@ def colors_to_materials(decoded: Decoded, source: str) -> None:
     if colored:
         decoded.notes.append(f"Vertex colours of {count(colored, 'mesh', 'meshes')} became flat colours per triangle.")
     decoded.meshes = meshes
-    decoded.instances = [Instance(m, i.transform, i.name) for i in decoded.instances for m in parts[i.mesh]]
+    decoded.instances = [replace(i, mesh=m) for i in decoded.instances for m in parts[i.mesh]]
 
 
 def _split(raw: RawMesh, materials: list[Material], source: str) -> list[RawMesh]:

@@ -107,6 +107,8 @@ class Events:
             state.look = replace(state.look, view=action.removeprefix("view "))
         elif action == "compare":
             state.look = replace(state.look, compare=not state.look.compare)
+        elif action == "pause":
+            self._pause()
         elif action == "help":
             state.look = replace(state.look, help=not state.look.help)
         elif action == "hide_ui":
@@ -119,6 +121,14 @@ class Events:
             self._desktop.quit()
         else:
             state.pilot.press(key)
+
+    def _pause(self) -> None:
+        state = self._state
+        if not self._stage.moves:
+            state.say("nothing in this scene moves")
+            return
+        state.playing = not state.playing
+        state.say("playing" if state.playing else f"paused at {state.time_s:.2f} s")
 
     def _look_around(self, looking: bool) -> None:
         self._looking = looking

@@ -129,9 +129,11 @@ class Window:
             self._requests.serve(request)
         now = time.perf_counter()
         state.camera = state.pilot.advance(state.camera, now - self._last_step)
+        if self._stage.moves:
+            state.pass_time(now - self._last_step)
         self._last_step = now
         self._settle_size(now)
-        changed, converging = self._stage.pending(state.look, state.camera, self._size)
+        changed, converging = self._stage.pending(state.look, state.camera, self._size, state.time_s)
         if changed or (converging and now - state.last_input > QUIET_S):
             self._draw_scene(now)
         elif now > state.awake_until and now - self._last_ui < UI_REFRESH_S:
@@ -144,7 +146,7 @@ class Window:
         if not self._stage.costs():
             self._show_progress("compiling shaders", 0.0)  # the first frame does; drivers give no progress
         try:
-            self._stage.draw(state.look, state.camera, self._size)
+            self._stage.draw(state.look, state.camera, self._size, state.time_s)
             self._good_view = state.look.view
         except UserError as error:
             state.say(str(error))
@@ -218,6 +220,7 @@ class Window:
             viewpoints=stage.viewpoints,
             memory=stage.memory,
             speed=state.pilot.speed,
+            motion=(state.playing, state.time_s) if stage.moves else None,
             message=state.shown.message if now < state.message_until else "",
         )
 

@@ -53,6 +53,7 @@ class Requests:
         start = viewpoint or self._stage.viewpoints[0]
         state.camera = start.camera
         state.look = replace(state.look, settings=focused(state.look.settings, start, state.given))
+        state.playing, state.time_s = True, 0.0
         state.given = {}  # options choose the start, not every later scene
 
     def _load_or_tell(self, name: str) -> None:
@@ -78,6 +79,7 @@ class Requests:
             "view": look.view,
             "other": look.other if look.compare else None,
             "samples": [cost.samples for cost in self._stage.costs()],
+            "time": self._state.time_s,
             "camera": camera_values(camera),
             "settings": to_dict(look.settings),
         }

@@ -90,30 +90,37 @@ class Stage:
         self.viewpoints = (*own, *beside) if scene.cameras else (*beside, *own)
 
     @property
+    def moves(self) -> bool:
+        """Whether anything in the scene ever does."""
+        return self._gpu_scene is not None and self._gpu_scene.facts.objects
+
+    @property
     def extent(self) -> float:
         """Diagonal of the scene [m]."""
         assert self._gpu_scene is not None, "load a scene first"
         return float(np.linalg.norm(np.subtract(self._gpu_scene.facts.high, self._gpu_scene.facts.low)))
 
-    def pending(self, look: Look, camera: Camera, size: Size) -> tuple[bool, bool]:
+    def pending(self, look: Look, camera: Camera, size: Size, time_s: float = 0.0) -> tuple[bool, bool]:
         """(something changed since the last drawing, something still converges)."""
         views = _views(look)
         changed = len(self.sides) != len(views) or any(
-            side.drawn != _key(view, look, camera, size) for side, view in zip(self.sides, views, strict=False)
+            side.drawn != _key(view, look, camera, size, time_s) for side, view in zip(self.sides, views, strict=False)
         )
         return changed, any(side.samples < side.limit for side in self.sides)
 
-    def draw(self, look: Look, camera: Camera, size: Size) -> None:
+    def draw(self, look: Look, camera: Camera, size: Size, time_s: float = 0.0) -> None:
         """Draw the next frame of each side that is not at rest. Raises UserError for a target that nothing writes."""
         views = _views(look)
         self._provide(len(views), size)
         for side, view in zip(self.sides, views, strict=True):
-            key = _key(view, look, camera, size)
+            key = _key(view, look, camera, size, time_s)
             if side.drawn == key and side.samples >= side.limit:
                 continue
             side.renderer.resize(size)
             side.renderer.profiler.enabled = look.panel
-            side.texture = side.renderer.draw(view, camera, look.settings, time_budget_ms=BUDGET_MS / len(views))
+            side.texture = side.renderer.draw(
+                view, camera, look.settings, time_s=time_s, time_budget_ms=BUDGET_MS / len(views)
+            )
             side.still = side.still + 1 if side.drawn == key else 1
             side.drawn, side.view = key, view
 
@@ -211,5 +218,5 @@ def _views(look: Look) -> tuple[str, ...]:
     return (look.view, look.other) if look.compare else (look.view,)
 
 
-def _key(view: str, look: Look, camera: Camera, size: Size) -> tuple[Any, ...]:
-    return view, look.settings, camera, size
+def _key(view: str, look: Look, camera: Camera, size: Size, time_s: float) -> tuple[Any, ...]:
+    return view, look.settings, camera, size, time_s

@@ -12,6 +12,7 @@ from ..controls import Pilot
 from ..panel.model import Look, Request, Shown
 
 MESSAGE_S = 5.0  # a message's life: time to read a path
+LONGEST_STEP_S = 1.0  # by which one frame may advance a scene's motion
 AWAKE_S = 0.7  # the panel is drawn on for this long after the last event: tooltips wait for a pointer that rests
 
 
@@ -26,6 +27,8 @@ class State:
     )  # settings chosen as options: they win over the first viewpoint's
     camera: Camera = field(default_factory=Camera)
     pilot: Pilot = field(default_factory=Pilot)
+    playing: bool = True  # a scene's motion goes on
+    time_s: float = 0.0  # of that motion
     requests: list[Request] = field(default_factory=list)
     awake_until: float = 0.0  # s, of time.perf_counter, like the next two
     last_input: float = 0.0
@@ -47,6 +50,11 @@ class State:
         taken, self.requests = self.requests, []
         return taken
 
+    def pass_time(self, seconds: float) -> None:
+        """Let the scene's motion go on, unless it is paused. A stall (loading, a compile) makes it wait, not jump."""
+        if self.playing:
+            self.time_s += min(seconds, LONGEST_STEP_S)
+
     def log_entry(self) -> dict[str, Any]:
         """The state as the status log holds it; the loop adds what it knows."""
         look, lens = self.look, self.look.settings.lens
@@ -61,6 +69,8 @@ class State:
             "eye": list(self.camera.eye),
             "forward": list(self.camera.forward),
             "speed": self.pilot.speed,
+            "playing": self.playing,
+            "time_s": round(self.time_s, 1),
             "message": self.shown.message,
             "load_error": self.shown.load_error,
             "shader_error": self.shown.shader_error,

@@ -1,4 +1,4 @@
-// Averages a view's picture over frames: everything while the camera is still, what can be followed while it moves.
+// Averages a view's picture over frames: everything while nothing moves, else what can be followed.
 // Reads (full resolution): color (linear radiance, aliased, jittered), motion (px) while something moves, last frame's
 //   resolved (linear radiance; a: frames averaged so far).
 // Writes (full resolution): resolved (the same).

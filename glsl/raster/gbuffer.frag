@@ -1,7 +1,7 @@
 // Writes what the nearest surface in each pixel is made of.
 // Reads: materials and textures of the scene.
 // Writes (full resolution): base_color (linear rgb, metallic), normal (octahedral xy, roughness, 1), depth (planar, m),
-//   emissive (linear radiance) where the scene has any.
+//   emissive (linear radiance) and object (index of the moving object, 0: none) where the scene has any.
 // Method: deferred shading (Saito and Takahashi 1990); texture detail from the ratio of a triangle's area in uv and in
 // space, taken here from screen derivatives: both are planar over the triangle, so the ratio is the constant that a ray
 // computes from the vertices.
@@ -10,6 +10,9 @@
 
 in vec3 v_normal;
 flat in uint v_material;
+#if HAS_OBJECT
+flat in uint v_object;
+#endif
 #if TEXTURED
 in vec2 v_uv;
 #endif
@@ -22,6 +25,9 @@ out vec4 out_normal;
 out float out_depth;
 #if HAS_EMISSIVE
 out vec4 out_emissive;
+#endif
+#if HAS_OBJECT
+out float out_object;
 #endif
 
 // One pixel in units of uv.
@@ -55,5 +61,8 @@ void main() {
     out_depth = z;
 #if HAS_EMISSIVE
     out_emissive = vec4(s.emissive, 1.0);
+#endif
+#if HAS_OBJECT
+    out_object = float(v_object);
 #endif
 }

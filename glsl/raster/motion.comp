@@ -1,12 +1,16 @@
-// Where each pixel's surface was on screen last frame, for a static world under a moving camera.
-// Reads (full resolution): in_depth (planar, m).
+// Where each pixel's surface was on screen last frame, under a moving camera and on moving objects.
+// Reads (full resolution): in_depth (planar, m), in_object (index of the moving object) where the scene has any.
 // Writes (full resolution): out_motion (px): position now minus position last frame, both without jitter.
 // Method: reprojection (Scherzer et al. 2007, section 3).
 #include "shared/primary.glsl"
+#include "shared/objects.glsl"
 #include "lib/coc.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_depth;
+#if HAS_OBJECT
+uniform sampler2D in_object;
+#endif
 layout(rg16f) writeonly uniform image2D out_motion;
 
 const float OFF_SCREEN = 16384.0;  // px, of what was behind the last camera: beyond any image, within float16
@@ -17,7 +21,11 @@ void main() {
     float z = texelFetch(in_depth, pixel, 0).r;
     vec2 now = vec2(pixel) + 0.5 + frame.jitter_px;
     // The sky is a direction, which only turns: w = 0 drops the camera's translation.
-    vec4 position = vec4(camera_to_world(sample_in_camera(now, z)), 1.0);
+    vec3 point = camera_to_world(sample_in_camera(now, z));
+#if HAS_OBJECT
+    point = previous_position(uint(texelFetch(in_object, pixel, 0).r), point);
+#endif
+    vec4 position = vec4(point, 1.0);
     if (z >= SKY_DEPTH) position = vec4(mat3(frame.view_to_world) * vec3(pinhole_slope(now), -1.0), 0.0);
     vec4 before = frame.prev_view_proj * position;
     vec2 motion = before.w > 0.0 ? now - (0.5 * before.xy / before.w + 0.5) * frame.size_px : vec2(OFF_SCREEN);

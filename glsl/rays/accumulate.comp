@@ -117,7 +117,7 @@ void main() {
     vec4 near_light = vec4(0.0), far_light = vec4(0.0);
     float ratio = 0.0;
     if (texelFetch(in_mask, p, 0).x > 0.0) {
-        bool moved = frame.camera_moved != 0u;
+        bool moved = frame.moved != 0u;
         Around around = moved ? look_around(p) : Around(vec4(0.0), 0.0, 0.0);
         if (frame.history_valid != 0u) {
             near = earlier(prev_near_layer, 0, vec2(p) + 0.5 - 0.5 * around.motion.xy);

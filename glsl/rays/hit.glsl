@@ -1,6 +1,7 @@
 // What a ray sees: the nearest surface, read and shaded exactly as the raster path does it, or the sky.
 // Reads: the scene's blocks and textures, the ray-tracing tree.
 #include "shared/primary.glsl"
+#include "shared/objects.glsl"
 #include "shared/surface.glsl"
 #include "shared/shade.glsl"
 #include "lib/coc.glsl"
@@ -18,8 +19,9 @@ vec2 vertex_uv(uint i) {
     return vec2(vertices[i].u, vertices[i].v);
 }
 
+// In the world.
 vec3 vertex_position(uint i) {
-    return vec3(vertices[i].px, vertices[i].py, vertices[i].pz);
+    return to_world(object_of(vertices[i].material), vec3(vertices[i].px, vertices[i].py, vertices[i].pz));
 }
 
 vec2 uv_at(uvec3 v, vec3 w) {
@@ -57,23 +59,27 @@ Surface surface_of_hit(Hit hit, Ray ray) {
 #endif
 #if LIT
     for (int i = 0; i < 3; i++) normal += w[i] * unpack_normal(vertices[v[i]].normal);
+    normal = normal_to_world(hit.object, normal);
 #endif
 #if NORMAL_MAPPED
     for (int i = 0; i < 3; i++) tangent += w[i] * unpack_tangent(vertices[v[i]].tangent);
+    tangent = tangent_to_world(hit.object, tangent);
 #endif
     return surface_at(hit.material, ray.origin + hit.t * ray.direction, side, normal, tangent, uv, footprint);
 }
 
-// Radiance along a lens ray (alpha: luminance of its specular part), and the planar depth [m] and world position [m] it
-// came from.
-vec4 radiance(Ray ray, out float planar_depth, out vec3 position) {
+// Radiance along a lens ray (alpha: luminance of its specular part), and the planar depth [m], world position [m] and
+// moving object (0: what stands still, or the sky) it came from.
+vec4 radiance(Ray ray, out float planar_depth, out vec3 position, out uint object) {
     Hit hit;
+    object = 0u;
     if (!trace_closest(ray, SKY_DEPTH, hit)) {
         planar_depth = SKY_DEPTH;
         position = ray.origin + SKY_DEPTH * ray.direction;
         return vec4(sky_radiance(normalize(ray.direction)), 0.0);
     }
     planar_depth = hit.t;
+    object = hit.object;
     position = ray.origin + hit.t * ray.direction;
     return shade(surface_of_hit(hit, ray), -normalize(ray.direction));
 }

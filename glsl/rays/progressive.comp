@@ -29,7 +29,8 @@ void main() {
         for (uint t = 1u; t < MOST_TRIES && !open_lens(vec2(p) + s.zw, s.xy); ++t) s = sobol4(index++, seed);
         float depth;
         vec3 position;
-        vec4 color = radiance(lens_ray(vec2(p) + s.zw, s.xy), depth, position);
+        uint object;
+        vec4 color = radiance(lens_ray(vec2(p) + s.zw, s.xy), depth, position, object);
         add_sample(mean, withheld, color.rgb);
     }
     imageStore(out_traced, p, mean);

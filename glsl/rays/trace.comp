@@ -31,8 +31,10 @@ vec2 screen_px(mat4 view_proj, vec3 position) {
     return (0.5 + 0.5 * clip.xy / max(clip.w, 1e-6)) * frame.size_px;
 }
 
-vec2 motion_px(vec3 position) {
-    vec2 moved = screen_px(frame.this_view_proj, position) - screen_px(frame.prev_view_proj, position);
+// Since last frame, of a point of a moving object (0: of what stands still).
+vec2 motion_px(vec3 position, uint object) {
+    vec3 before = previous_position(object, position);
+    vec2 moved = screen_px(frame.this_view_proj, position) - screen_px(frame.prev_view_proj, before);
     return clamp(moved, -2.0 * frame.size_px, 2.0 * frame.size_px);  // behind last frame's camera: off its screen
 }
 
@@ -53,7 +55,8 @@ void main() {
         vec2 pixel_px = 2.0 * (vec2(p) + s.zw), lens = lens_sample(pixel_px, s.xy, first + i, seed);
         float depth;
         vec3 position;
-        vec4 color = vec4(finite(radiance(lens_ray(pixel_px, lens), depth, position).rgb), 1.0);
+        uint object;
+        vec4 color = vec4(finite(radiance(lens_ray(pixel_px, lens), depth, position, object).rgb), 1.0);
         float coc = coc_px(depth, frame.coc_scale_px, frame.inverse_focus);
         float share = near_share(coc, IN_FOCUS_COC_PX, frame.focus_blend);
         near += share * color;
@@ -61,7 +64,9 @@ void main() {
         float light = compressed_luminance(color.rgb);
         circle += vec2(share, 1.0 - share) * coc;
         moments += vec4(share, share, 1.0 - share, 1.0 - share) * vec2(light, light * light).xyxy;
-        if (frame.camera_moved != 0u) motion += vec4(share, share, 1.0 - share, 1.0 - share) * motion_px(position).xyxy;
+        if (frame.moved != 0u) {
+            motion += vec4(share, share, 1.0 - share, 1.0 - share) * motion_px(position, object).xyxy;
+        }
     }
     vec2 hits = max(vec2(near.a, far.a), 1e-6);
     motion /= hits.xxyy;

@@ -1,11 +1,14 @@
-// Finds what a ray hits in the static scene.
+// Finds what a ray hits in the scene.
 // Reads: BvhNodes, TrianglePositions, Triangles (app/bvh/pack.py; positions in m); define BVH_STACK = the tree's depth.
+//   With OBJECTS there is a tree for each moving object, in its own space, and a small one over all of them in the first
+//   nodes (app/bvh/top.py): define TOP_STACK = its depth.
 // Writes: nothing.
 // Method: ordered traversal of a two-child BVH with a stack, Aila and Laine 2009, "Understanding the efficiency of ray
 // traversal on GPUs", section 3: descend until a leaf is found, then test its triangles ("while-while").
 //
 // With HAS_ALPHA_MASK the including shader defines `alpha_passes`: whether a ray stops at this point of a material.
 #include "shared/structs.glsl"
+#include "shared/objects.glsl"
 #include "lib/intersect.glsl"
 
 #ifdef HAS_ALPHA_MASK
@@ -21,6 +24,7 @@ struct Hit {
     uint triangle;      // place in leaf order
     uvec3 vertices;
     uint material;
+    uint object;        // 0: what stands still
     vec2 barycentrics;  // weights of the second and third vertex
 };
 
@@ -30,8 +34,8 @@ const uint NO_NODE = 0xffffffffu;  // the reference of a missing child, and the 
 const uint NO_TRIANGLE = 0xffffffffu;
 const float MISSED = 3.4e38;  // above every finite distance; a missed box is entered at infinity
 
-RaySetup prepare_ray_for_scene(Ray ray) {
-    BvhNode root = nodes[0];
+RaySetup prepare_ray_for_tree(uint first, Ray ray) {
+    BvhNode root = nodes[first];
     vec3 lo = min(vec3(root.x.x, root.y.x, root.z.x), vec3(root.x.z, root.y.z, root.z.z));
     vec3 hi = max(vec3(root.x.y, root.y.y, root.z.y), vec3(root.x.w, root.y.w, root.z.w));
     return prepare_ray(ray, lo, hi);
@@ -50,7 +54,7 @@ void intersect_leaf(uint leaf, RaySetup setup, Ray ray, inout Hit hit) {
         if (!intersect_triangle(setup, ray.origin, a, b, c, ray.t_min, hit.t, t, barycentrics)) continue;
         if (t == hit.t && i > hit.triangle) continue;
 #ifdef HAS_ALPHA_MASK
-        if (!alpha_passes(triangles[i].w, triangles[i].xyz, barycentrics, t)) continue;
+        if (!alpha_passes(material_of(triangles[i].w), triangles[i].xyz, barycentrics, t)) continue;
 #endif
         hit.t = t;
         hit.triangle = i;
@@ -58,15 +62,13 @@ void intersect_leaf(uint leaf, RaySetup setup, Ray ray, inout Hit hit) {
     }
 }
 
+// Walks the tree that begins at node `first`; keeps what is closer than `hit`.
 // `any_hit` is a constant at each call: the compiler makes two functions of this one.
-bool traverse(Ray ray, float t_max, const bool any_hit, out Hit hit) {
-    RaySetup setup = prepare_ray_for_scene(ray);
+void traverse_tree(uint first, Ray ray, const bool any_hit, inout Hit hit) {
+    RaySetup setup = prepare_ray_for_tree(first, ray);
     uint stack[BVH_STACK];
     int top = 0;
-    uint node = 0u;
-    hit.t = t_max;
-    hit.triangle = NO_TRIANGLE;
-    hit.barycentrics = vec2(0.0);
+    uint node = first;
     while (node != NO_NODE) {
         while (node < LEAF_BIT) {
             BvhNode n = nodes[node];
@@ -87,6 +89,61 @@ bool traverse(Ray ray, float t_max, const bool any_hit, out Hit hit) {
         node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
         if (any_hit && hit.triangle != NO_TRIANGLE) node = NO_NODE;
     }
+}
+
+#if OBJECTS
+// The same ray in an object's own space. Not a unit direction: t stays what it was. Subtracting first keeps the error
+// in proportion to the way from the object, however far both are from the world's origin.
+Ray ray_from_world(Object object, Ray ray) {
+    mat3 linear = mat3(object.from_world);
+    return Ray(linear * (ray.origin - object.to_world[3].xyz), linear * ray.direction, ray.t_min);
+}
+
+// A rotation into an object's space moves a ray by up to 16 roundings of its reach: five on each term of the origin, four
+// on each of the direction, times sqrt(3) for the sum of a row. The margin that boxes have for the triangle test, 10
+// roundings, grows to hold both.
+const float TRANSFORM_GROWTH = 4.0;
+
+// Walks the top level as `traverse_tree` does a tree; its leaves are objects, whose trees are walked in turn.
+void traverse_objects(Ray ray, const bool any_hit, inout Hit hit) {
+    RaySetup setup = prepare_ray_for_tree(0u, ray);
+    setup.origin_lo = ray.origin + TRANSFORM_GROWTH * (setup.origin_lo - ray.origin);
+    setup.origin_hi = ray.origin + TRANSFORM_GROWTH * (setup.origin_hi - ray.origin);
+    uint stack[TOP_STACK];
+    int top = 0;
+    uint node = 0u;
+    while (node != NO_NODE) {
+        while (node < LEAF_BIT) {
+            BvhNode n = nodes[node];
+            vec2 enter = intersect_boxes(setup, n.x, n.y, n.z, ray.t_min, hit.t);
+            bool second_first = enter.y < enter.x;
+            stack[top] = second_first ? n.child.x : n.child.y;
+            top += int(max(enter.x, enter.y) < MISSED);
+            node = second_first ? n.child.y : n.child.x;
+            if (min(enter.x, enter.y) >= MISSED) {
+                --top;
+                node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
+            }
+        }
+        if (node == NO_NODE) break;
+        Object object = objects[node & FIRST_MASK];
+        traverse_tree(object.root, ray_from_world(object, ray), any_hit, hit);
+        --top;
+        node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
+        if (any_hit && hit.triangle != NO_TRIANGLE) node = NO_NODE;
+    }
+}
+#endif
+
+bool traverse(Ray ray, float t_max, const bool any_hit, out Hit hit) {
+    hit.t = t_max;
+    hit.triangle = NO_TRIANGLE;
+    hit.barycentrics = vec2(0.0);
+#if OBJECTS
+    traverse_objects(ray, any_hit, hit);
+#else
+    traverse_tree(0u, ray, any_hit, hit);
+#endif
     return hit.triangle != NO_TRIANGLE;
 }
 
@@ -96,7 +153,8 @@ bool trace_closest(Ray ray, float t_max, out Hit hit) {
     if (found) {
         uvec4 triangle = triangles[hit.triangle];
         hit.vertices = triangle.xyz;
-        hit.material = triangle.w;
+        hit.material = material_of(triangle.w);
+        hit.object = object_of(triangle.w);
     }
     return found;
 }

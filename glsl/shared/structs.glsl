@@ -1,14 +1,14 @@
 // Made by `python -m app.gpu.layout` from the dtypes there; do not edit.
 
 struct Vertex {  // 32 bytes
-    float px;  // @0  world position, m
+    float px;  // @0  position in the world or, of a moving object, in its own space, m
     float py;  // @4
     float pz;  // @8
     uint normal;  // @12  octahedral, snorm16x2
     float u;  // @16  texture coordinate, v downwards
     float v;  // @20
     uint tangent;  // @24  octahedral, snorm16x2; lowest bit of the high half: handedness is -1
-    uint material;  // @28  index into the materials
+    uint material;  // @28  index into the materials; bits 24..: the moving object's, 0 if it stands still
 };
 
 struct Material {  // 192 bytes
@@ -83,7 +83,7 @@ struct Frame {  // 592 bytes
     float blend_hit_ratio;  // @548  far: rays count below this hit ratio
     float blend_specular;  // @552  near: specular luminance at which the post-process wins
     float taa_alpha;  // @556  blend factor of the newest frame
-    uint camera_moved;  // @560  1 if the view changed since last frame
+    uint moved;  // @560  1 if the view or an object moved since last frame
     uint history_valid;  // @564  0 right after a reset
     float mask_threshold;  // @568  mask responses below get no rays
     float mask_variance;  // @572  weight of the rays' deviation in the ray budget
@@ -98,4 +98,14 @@ struct BvhNode {  // 64 bytes
     vec4 y;  // @16  the same along y
     vec4 z;  // @32  the same along z
     uvec4 child;  // @48  x, y: references to child 0 and 1 (app/bvh/pack.py); z, w: unused
+};
+
+struct Object {  // 208 bytes
+    mat4 to_world;  // @0  its own space to the world
+    mat4 from_world;  // @64  the inverse; rays use the linear part only, about to_world's translation
+    mat4 to_previous;  // @128  where a point of the world now was one frame ago
+    uint root;  // @192  node where its tree begins
+    uint unused0;  // @196  padding
+    uint unused1;  // @200  padding
+    uint unused2;  // @204  padding
 };

@@ -121,6 +121,10 @@ def test_the_program_itself_has_help_and_a_version(argument: str, capsys: pytest
         (("shot", "still-life", "-o", "x.png", "--spp", "-3"), "--spp"),
         (("shot", "still-life", "-o", "x.png", "--spp", "many"), "--spp"),
         (("shot", "still-life", "-o", "x.png", "--seed", "x"), "--seed"),
+        (("shot", "toy-train", "-o", "x.png", "--time", "noon"), "--time"),
+        (("shot", "toy-train", "-o", "x.png", "--time", "nan"), "--time"),
+        (("shot", "toy-train", "-o", "x.png", "--fps", "0"), "--fps"),
+        (("plan", "toy-train", "--fps", "25"), "--fps"),
         (("shot", "still-life", "-o", "x.png", "--seed", "-1"), "--seed"),
         (("shot", "still-life", "-o", "x.png", "--seed", "4294967296"), "--seed"),
         (("scenes", "surplus"), "surplus"),
@@ -156,6 +160,30 @@ def test_a_plan_prints_what_runs_what_does_not_and_why(capsys: pytest.CaptureFix
     assert {"gbuffer", "lighting", "trace", "composite", "display"} <= {words[1] for words in runs}
     assert {"traced", "reference"} <= {words[1] for words in skips}
     assert all(len(words) > 3 for words in (*runs, *skips)), "each with its reason"
+
+
+def test_the_plan_of_a_scene_that_moves_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "toy-train"]) == 0
+    out = capsys.readouterr().out
+    assert "  runs   motion          objects move; HAS_OBJECT=1 OBJECTS=1" in out
+    assert "OBJECTS=1" in next(line for line in out.splitlines() if line.startswith("  runs   trace"))
+    assert main(["plan", "still-life"]) == 0
+    out = capsys.readouterr().out
+    assert "  skips  motion          nothing moves" in out
+    assert "OBJECTS" not in out
+
+
+def test_info_says_what_moves(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", "toy-train"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[1] for line in lines if line.startswith("  moves: ")] == [
+        "wind",
+        "wind",
+        "train,",
+        "axle",
+        "axle",
+    ]
+    assert all(line.endswith(" m, every 8 s") for line in lines if line.startswith("  moves: "))
 
 
 def test_a_pinholes_plan_says_that_it_is_one(capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,6 +12,7 @@ from app.bvh import pack
 from app.frame import hybrid
 from app.frame.output import SHOW_KINDS
 from app.frame.targets import TILE_PX
+from app.gpu import arrays
 from app.gpu.shaders import load_glsl
 from app.gpu.textures import NO_TEXTURE
 from app.panel.colormap import DIVERGING
@@ -55,6 +56,7 @@ def found(file: str) -> dict[str, str]:
         ("lib/hit_layers.glsl", "HALF_RES_FROM_PX", hybrid_twin.HALF_RES_FROM_PX),
         ("lib/hit_layers.glsl", "HALF_RES_FULL_PX", hybrid_twin.HALF_RES_FULL_PX),
         ("shared/scene.glsl", "NO_TEXTURE", NO_TEXTURE),
+        ("shared/objects.glsl", "OBJECT_SHIFT", arrays.OBJECT_SHIFT),
         ("rays/traverse.glsl", "LEAF_BIT", pack.LEAF_BIT),
         ("rays/traverse.glsl", "FIRST_MASK", pack.MAX_TRIANGLES - 1),
         ("rays/traverse.glsl", "NO_NODE", pack.NO_CHILD),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from app.camera import look_at
+from app.camera import Camera, look_at
 from app.optics import SKY_DEPTH, coc_px, coc_scale_px
 from app.scene.facts import (
     MAX_NEAR_PLANE,
@@ -18,6 +19,7 @@ from app.scene.facts import (
     SceneFacts,
     depth_range,
     frame_facts,
+    is_cut,
     near_plane,
     scene_facts,
 )
@@ -125,3 +127,43 @@ def test_lights_are_counted_and_frames_inherit_the_scenes_facts() -> None:
         "sun": True,
     }
     assert frame == Facts(frame.near_coc_px, frame.far_coc_px, **expected, camera_moved=True, unsampled=True)
+
+
+ROOM = SceneFacts((-5.0, 0.0, -5.0), (5.0, 3.0, 5.0), False, False, False, False, 0, False)
+INSIDE = look_at((0, 1.5, 3), (0, 1.5, -5), fov_y_deg=40)
+
+
+@pytest.mark.parametrize(
+    ("now", "cut"),
+    [
+        (INSIDE, False),
+        (INSIDE.moved(0.3, 0.1, 0.5), False),  # a fast step
+        (INSIDE.turned(math.radians(20), 0.0), False),
+        (replace(INSIDE, fov_y=math.radians(15)), False),  # a zoom shows a part of what was there
+        (INSIDE.turned(math.radians(80), 0.0), True),
+        (INSIDE.turned(math.pi, 0.0), True),
+        (look_at((4, 1.5, -4), (0, 1.5, 4)), True),  # the opposite corner, looking back
+        (INSIDE.turned(0.0, math.radians(60)), True),
+    ],
+)
+def test_a_cut_is_a_jump_that_leaves_nothing_on_screen(now: Camera, cut: bool) -> None:
+    assert is_cut(INSIDE, now, ROOM, 0.02, (160, 90)) == cut
+    assert not is_cut(now, now, ROOM, 0.02, (160, 90))
+
+
+@given(st.floats(-180, 180), st.floats(-80, 80), st.floats(-4, 4), st.floats(-4, 4), st.integers(0, 99))
+def test_no_point_survives_a_cut(yaw: float, pitch: float, right: float, ahead: float, seed: int) -> None:
+    """Whatever the room holds: hardly anything seen now lay in the picture before, anywhere on its way to the walls."""
+    now = INSIDE.turned(math.radians(yaw), math.radians(pitch)).moved(right, 0.0, ahead)
+    if not is_cut(INSIDE, now, ROOM, 0.02, (160, 90)):
+        return
+    rng = np.random.default_rng(seed)
+    nearest, farthest = depth_range(now, ROOM, 0.02)
+    z = np.exp(rng.uniform(math.log(nearest), math.log(max(farthest, nearest)), 4000))
+    slope = np.array([math.tan(now.fov_y / 2) * 160 / 90, math.tan(now.fov_y / 2)])
+    x, y = (rng.uniform(-1, 1, (4000, 2)) * slope * z[:, None]).T
+    world = np.stack([x, y, -z, np.ones(4000)], -1) @ np.linalg.inv(now.view()).T
+    earlier = world @ INSIDE.view().T
+    seen = (np.abs(earlier[:, :2]) <= -earlier[:, 2:3] * slope).all(axis=1)
+    seen &= np.einsum("ij,ij->i", world[:, :3] - now.eye, world[:, :3] - INSIDE.eye) > 0.0  # not from behind
+    assert seen.mean() < 0.05

@@ -25,7 +25,7 @@ from app.settings import Settings, from_dict, put, walk
 
 EVERYTHING = Facts(
     near_coc_px=20.0, far_coc_px=20.0, textured=True, normal_mapped=True, emissive=True, alpha_masked=True, lights=2,
-    sun=True, camera_moved=True,
+    sun=True, objects=True, camera_moved=True, objects_moved=True,
 )  # fmt: skip
 BRANCHES = ("lens.blades", "lens.cat_eye", "overlay.focus_plane")  # compiled in as well, for speed
 COMPILED = {p: v for p, leaf, v in walk(Settings()) if leaf.metadata["static"] or p in BRANCHES}

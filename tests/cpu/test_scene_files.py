@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import trimesh
 
 from app.data import data_dir
 from app.errors import UserError
+from app.optics import coc_px, coc_scale_px
 from app.scene import gallery
 from app.scene.flatten import flatten
 from app.scene.load import load_scene
@@ -177,12 +179,41 @@ def test_still_life_stands_on_both_sides_of_the_focal_plane() -> None:
     assert abs(depth["vase"] - camera.focus_distance) < 0.15
 
 
-def test_still_life_is_what_its_script_makes(tmp_path: Path) -> None:
-    script = data_dir("assets") / "make_still_life.py"
+def test_toy_train_moves_in_front_of_focus_in_it_and_stays_cheap() -> None:
+    scene = load_scene("toy-train")
+    assert gallery.find("toy-train").path.stat().st_size < 1_500_000
+    assert scene.report.triangles < 60_000
+    assert not scene.report.notes
+    camera, flat = scene.cameras[0], flatten(scene)
+    forward = np.subtract(camera.target, camera.eye) / np.linalg.norm(np.subtract(camera.target, camera.eye))
+    depth = {m.motion.name: float((m.origin - camera.eye) @ forward) for m in flat.moving}
+    assert depth.keys() == {"wind wheel 0", "wind wheel 1", "train", "axle 0", "axle 1"}
+    assert abs(depth["train"] - camera.focus_distance) < 0.05
+    scale = coc_scale_px(camera.aperture, 360, math.radians(camera.fov_y_deg))
+    assert 15 < -coc_px(depth["wind wheel 0"], scale, 1 / camera.focus_distance) < 35
+    assert max(max(m.emissive) for m in scene.materials) > 10, "highlights"
+
+
+def test_the_toy_trains_wheels_roll_and_its_loop_closes() -> None:
+    scene = load_scene("toy-train")
+    moving = {i.motion.name: i for i in scene.instances if i.motion}
+    train, axle = moving["train"], moving["axle 0"]
+    radius = 0.5 * np.ptp(scene.meshes[axle.mesh].positions[:, 0])
+    dt = 0.05
+    ahead = train.motion.displacement(dt)[0, 3]
+    turned = axle.motion.displacement(dt)[:2, :2]
+    assert -math.atan2(turned[1, 0], turned[0, 0]) * radius == pytest.approx(ahead, rel=1e-3)
+    for instance in (i for i in scene.instances if i.motion):
+        before, after = (instance.motion.displacement(instance.motion.period + e) for e in (-1e-9, 1e-9))
+        np.testing.assert_allclose(before, after, atol=1e-5)  # keys are float32
+
+
+@pytest.mark.parametrize(("name", "script"), [("still-life", "make_still_life.py"), ("toy-train", "make_toy_train.py")])
+def test_a_built_in_scene_is_what_its_script_makes(tmp_path: Path, name: str, script: str) -> None:
     env = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
-    made = tmp_path / "still_life.glb"
-    subprocess.run([sys.executable, str(script), str(made)], check=True, env=env)
-    ours, committed = load_scene(made), load_scene("still-life")
+    made = tmp_path / "made.glb"
+    subprocess.run([sys.executable, str(data_dir("assets") / script), str(made)], check=True, env=env)
+    ours, committed = load_scene(made), load_scene(name)
     for a, b in zip(ours.meshes, committed.meshes, strict=True):
         assert np.array_equal(a.positions, b.positions)
         assert np.array_equal(a.triangles, b.triangles)
@@ -190,7 +221,7 @@ def test_still_life_is_what_its_script_makes(tmp_path: Path) -> None:
         assert np.array_equal(a.pixels, b.pixels)
     assert (ours.materials, ours.lights, ours.cameras) == (committed.materials, committed.lights, committed.cameras)
     if "ng" not in zlib.ZLIB_RUNTIME_VERSION:  # zlib-ng deflates the same pixels to other bytes
-        assert sha256(made.read_bytes()).digest() == sha256(gallery.DEFAULT.path.read_bytes()).digest()
+        assert sha256(made.read_bytes()).digest() == sha256(gallery.find(name).path.read_bytes()).digest()
 
 
 @pytest.mark.parametrize(

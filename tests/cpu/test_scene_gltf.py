@@ -201,9 +201,9 @@ def test_second_texture_coordinate_set(maker: Maker, tmp_path: Path) -> None:
 def test_unsupported_features_are_named(maker: Maker, tmp_path: Path) -> None:
     extensions = {"KHR_materials_unlit": {}, "KHR_materials_clearcoat": {}}
     textured(maker, {"extensions": extensions, "occlusionTexture": {"index": 0}})
-    maker.json["animations"] = [{}]
+    maker.json["animations"] = [{"channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}]}, {}]
     notes = " ".join(load(maker, tmp_path).report.notes)
-    for word in ("unlit", "KHR_materials_clearcoat", "occlusion", "1 animation"):
+    for word in ("unlit", "KHR_materials_clearcoat", "occlusion", "weights", "2 animations"):
         assert word in notes
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from app.scene.model import Image, Instance, Light, Material, Mesh, Scene
+from app.scene.motion import Joint, Motion, Track, unit_quaternions
 
 Vec3 = tuple[float, float, float]
 
@@ -35,6 +37,35 @@ def scene_of(
     """The meshes where they are."""
     instances = tuple(Instance(i, np.eye(4)) for i in range(len(meshes)))
     return Scene(tuple(meshes), tuple(materials), instances, tuple(images), tuple(lights))
+
+
+def moving(
+    scene: Scene,
+    *indices: int,
+    period: float = 4.0,
+    slide: Sequence[Vec3] = ((0, 0, 0),),
+    turns: Sequence[tuple[float, float, float, float]] = ((0, 0, 0, 1),),
+    pivot: Vec3 = (0, 0, 0),
+) -> Scene:
+    """The scene with some of its meshes moving as one: slid through evenly timed offsets [m], turned about the pivot
+    through evenly timed quaternions (x, y, z, w), from time 0 to the period.
+    """
+    base = np.eye(4)
+    base[:3, 3] = pivot
+    tracks = [
+        Track(np.linspace(0.0, period, len(values)) if len(values) > 1 else np.zeros(1), np.asarray(values, float))
+        for values in (slide, unit_quaternions(turns))
+    ]
+    motion = Motion((Joint(base, *tracks, np.ones(3)),), period)
+    instances = tuple(replace(i, motion=motion if i.mesh in indices else i.motion) for i in scene.instances)
+    return replace(scene, instances=instances)
+
+
+def about(axis: Vec3, degrees: float) -> tuple[float, float, float, float]:
+    """The quaternion of a rotation about a unit axis."""
+    half = np.radians(degrees) / 2
+    x, y, z = np.sin(half) * np.asarray(axis, float)
+    return x, y, z, float(np.cos(half))
 
 
 def checker(side: int, dark: int, light: int, alpha: bool = False) -> Image:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import ClassVar
 
 import moderngl
 import numpy as np
@@ -24,7 +25,7 @@ from app.scene.geometry import face_cross
 from app.scene.model import Image, Light, Material, TextureSlot
 from app.tone import srgb_decode
 
-from .small_scenes import checker, quad, scene_of
+from .small_scenes import checker, moving, quad, scene_of
 
 FLOOR = quad((-1, 0, 1), (2, 0, 0), (0, 0, -2))
 SUN = Light("sun", (1.0, 1.0, 1.0), 3.0, direction=(0.0, -1.0, 0.0))
@@ -43,6 +44,15 @@ def test_vertices_keep_what_they_were() -> None:
     np.testing.assert_array_equal(np.stack([records["u"], records["v"]], -1), triangles.uvs)
     halves = records["normal"][:, None].view("<i2") / 32767
     np.testing.assert_allclose(halves, octahedral_encode(triangles.normals), atol=0.5 / 32767)
+
+
+def test_a_device_that_cannot_place_objects_says_so() -> None:
+    class Bare:
+        info: ClassVar = {"GL_MAX_SHADER_STORAGE_BLOCK_SIZE": 1 << 24, "GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS": 0}
+
+    scene = moving(scene_of([FLOOR]), 0, slide=[(0, 0, 0), (1, 0, 0)])
+    with pytest.raises(UserError, match="nothing moves"):
+        GpuScene(Bare(), scene, flatten(scene))  # type: ignore[arg-type]
 
 
 def test_winding_follows_the_normals() -> None:

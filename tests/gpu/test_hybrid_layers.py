@@ -67,7 +67,7 @@ def test_motion_composes_to_the_same_energy(ctx: moderngl.Context) -> None:
         for frame in range(4):
             random_frame(rig, 0.5)
             rig.give(trace_motion=np.broadcast_to(np.array([3.0, 1.0, -2.0, 0.5]), (*HALF, 4)))
-            rig.run("accumulate", history_valid=int(frame > 0), camera_moved=1)
+            rig.run("accumulate", history_valid=int(frame > 0), moved=1)
             light = rig.read("near_light") + rig.read("far_light")
             rig.swap()
     np.testing.assert_allclose(light[..., :3], 0.5, rtol=2 * FLOAT16)
@@ -83,7 +83,7 @@ def test_each_layer_is_fetched_from_where_it_was(ctx: moderngl.Context) -> None:
         rig.give(previous=True, layer_state=state(1e7), **before)
         rig.give(mask=MASKED, ray_count=counts(1.0), trace_near=layer(0.5, ratio), trace_far=layer(0.5, ratio))
         rig.give(trace_motion=np.broadcast_to(np.array([4.0, -2.0, -6.0, 0.0]), (*HALF, 4)))
-        rig.run("accumulate", history_valid=1, camera_moved=1)
+        rig.run("accumulate", history_valid=1, moved=1)
         near, far, kept = rig.read("near_layer"), rig.read("far_layer"), rig.read("layer_state")
     np.testing.assert_allclose(near[:-1, 2:], before["near_layer"][1:, :-2], atol=POSITION)
     np.testing.assert_allclose(far[:, :-3], before["far_layer"][:, 3:], atol=POSITION)
@@ -109,7 +109,7 @@ def test_where_no_ray_hit_a_layer_it_moves_as_its_neighbours_do(ctx: moderngl.Co
             trace_far=layer(0.5, 1.0 - share),
             trace_motion=motion,
         )
-        rig.run("accumulate", history_valid=1, camera_moved=1)
+        rig.run("accumulate", history_valid=1, moved=1)
         far = rig.read("far_layer")
     np.testing.assert_allclose(far[10, 10], before[10, 8], atol=POSITION)
 
@@ -137,7 +137,7 @@ def test_a_ghost_in_the_hit_ratio_is_clipped(ctx: moderngl.Context) -> None:
             trace_far=layer(0.5, none + 1.0),
             trace_motion=np.zeros((*HALF, 4)),
         )
-        rig.run("accumulate", history_valid=1, camera_moved=1)
+        rig.run("accumulate", history_valid=1, moved=1)
         ratio = rig.read("layer_state")[5:-5, 5:-5, 2]
     np.testing.assert_allclose(ratio, twin.trusted_ratio(1.0, 0.0, 36.0), rtol=1e-5)
     assert ratio.max() < 0.1

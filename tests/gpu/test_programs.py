@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from app.bvh.build import build_bvh
+from app.bvh.top import scene_tree
 from app.camera import look_at
 from app.errors import UserError
 from app.frame.pipeline import VIEWS, frame_plan
@@ -25,7 +26,7 @@ from app.scene.flatten import flatten
 from app.scene.model import Light, Material, TextureSlot
 from app.settings import Settings, from_dict, put, walk
 
-from .small_scenes import checker, quad, scene_of
+from .small_scenes import checker, moving, quad, scene_of
 
 NOTHING = Facts(near_coc_px=30.0, far_coc_px=30.0)
 FLAGS = [f.name for f in fields(Facts) if f.type == "bool"]
@@ -44,13 +45,15 @@ def scene(ctx: moderngl.Context) -> Iterator[GpuScene]:
         emissive=(1.0, 1.0, 1.0), alpha_cutoff=0.5,
     )  # fmt: skip
     quads = [quad((-0.6, -0.6, 1.5), (1.2, 0, 0), (0, 1.2, 0)), quad((-4, -4, -3), (8, 0, 0), (0, 8, 0), material=1)]
+    quads.append(quad((0.5, -0.5, 0), (0.5, 0, 0), (0, 0.5, 0), material=1))
     lights = [
         Light("sun", (1, 1, 1), 3.0, direction=(0.0, -0.6, -0.8)),
         Light("point", (1, 1, 1), 5.0, position=(0, 2, 0)),
     ]
     made = scene_of(quads, [rich, Material()], [checker(8, 40, 220, alpha=True)], lights)
+    made = moving(made, 2, slide=[(0, 0, 0), (-1, 0, 0)])
     triangles = flatten(made)
-    gpu_scene = GpuScene(ctx, made, triangles, lambda progress=None: build_bvh(triangles.positions, triangles.indices))
+    gpu_scene = GpuScene(ctx, made, triangles, lambda progress=None: scene_tree(triangles, build_bvh, progress))
     gpu_scene.ensure_bvh()
     yield gpu_scene
     gpu_scene.release()
@@ -134,8 +137,8 @@ def test_no_shader_branches_on_a_name_that_its_pass_never_defines(
 def test_every_view_and_target_draws_without_a_gl_error(ctx: moderngl.Context, scene: GpuScene, view: str) -> None:
     settings = from_dict({"lens.aperture": 1.0, "lens.focus_distance": 3.0})
     renderer = Renderer(ctx, scene, SIZE)
-    for frame in range(2):  # the second has a history, and a camera that moved
-        renderer.draw(view, CAMERA.moved(0.01 * frame, 0.0, 0.0), settings)
+    for frame in range(2):  # the second has a history, and a camera and an object that moved
+        renderer.draw(view, CAMERA.moved(0.01 * frame, 0.0, 0.0), settings, time_s=0.1 * frame)
     picture = renderer.picture()
     assert picture.shape == (SIZE[1], SIZE[0], 3)
     assert np.isfinite(renderer.linear()).all()

@@ -93,6 +93,24 @@ def test_a_still_picture_rests_and_a_moved_camera_wakes_it(stage: Stage) -> None
     assert side.samples == 1
 
 
+def test_a_scene_that_plays_never_rests_and_a_paused_one_does(ctx: moderngl.Context) -> None:
+    stage = Stage(ctx, lambda text, fraction: None)
+    stage.load("toy-train")
+    assert stage.moves
+    camera, look = stage.viewpoints[0].camera, Look(view="depth")
+    for k in range(3):
+        assert stage.pending(look, camera, SIZE, 0.1 * k)[0]
+        stage.draw(look, camera, SIZE, 0.1 * k)
+        assert stage.sides[0].samples == 1
+    assert stage.pending(look, camera, SIZE, 0.1 * 2) == (False, False)  # nothing accumulates in this target
+    look = Look(view="sharp")
+    for _ in range(3):
+        stage.draw(look, camera, SIZE, 0.2)
+    assert stage.sides[0].samples == 3
+    assert stage.pending(look, camera, SIZE, 0.2) == (False, True)
+    stage.release()
+
+
 def test_a_target_without_history_is_drawn_once(stage: Stage) -> None:
     look = Look(view="depth")
     stage.draw(look, CAMERA, SIZE)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import moderngl
 import numpy as np
 
 from app.bvh.build import build_bvh
+from app.bvh.top import scene_tree
 from app.camera import Camera, read_viewpoint
 from app.frame.pipeline import CONVERGING
 from app.gpu.scene import GpuScene
@@ -42,6 +43,7 @@ class Stage:
         seed: int = 0,
         settings: Settings | None = None,
         camera: Camera | None = None,
+        time_s: float = 0.0,
     ) -> Renderer:
         """The renderer after a fresh start and `frames` frames of a view, or `spp` lens samples of a converging one."""
         renderer = self.renderer
@@ -52,7 +54,7 @@ class Stage:
         assert spp % batch == 0
         used = put(settings or self.settings, "rays.samples_per_frame", batch)
         for _ in range(spp // batch if view in CONVERGING else frames):
-            renderer.draw(view, camera or self.camera, used)
+            renderer.draw(view, camera or self.camera, used, time_s=time_s)
         return renderer
 
     def linear(self, view: str, size: tuple[int, int], **options: object) -> np.ndarray:
@@ -67,7 +69,7 @@ class Stage:
 def stage_of(ctx: moderngl.Context, scene: Scene, camera: Camera, **settings: object) -> Stage:
     """A scene made in the test; settings by dotted name with "__" for the dot."""
     triangles = flatten(scene)
-    gpu = GpuScene(ctx, scene, triangles, lambda progress: build_bvh(triangles.positions, triangles.indices))
+    gpu = GpuScene(ctx, scene, triangles, partial(scene_tree, triangles, build_bvh))
     return Stage(untimed(ctx, gpu), camera, with_settings(Settings(), settings))
 
 

@@ -39,6 +39,8 @@ class FakePanel:
 class FakeStage:
     """Geometry 2 m away in the left half, sky in the right."""
 
+    moves = True
+
     def depth_at(self, across: float, down: float, look: Look) -> float | None:
         return 2.0 if across < 0.5 else None
 
@@ -135,6 +137,23 @@ def test_tab_looks_around_until_pressed_again_or_the_keyboard_is_lost(rig: Rig) 
     events.on_key("tab", True)
     events.on_focus(False)
     assert not desktop.captured
+
+
+def test_p_stops_the_motion_and_goes_on_with_it(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    events, state, _ = rig
+    state.pass_time(0.25)
+    events.on_key("p", True)
+    state.pass_time(0.25)
+    assert (state.playing, state.time_s) == (False, 0.25)
+    assert state.shown.message == "paused at 0.25 s"
+    events.on_key("p", True)
+    state.pass_time(0.25)
+    state.pass_time(60.0)  # a stall
+    assert (state.playing, state.time_s) == (True, 1.5)
+    monkeypatch.setattr(FakeStage, "moves", False)
+    events.on_key("p", True)
+    assert state.playing
+    assert state.shown.message == "nothing in this scene moves"
 
 
 def test_a_dropped_file_is_a_request_to_load_it(rig: Rig) -> None:

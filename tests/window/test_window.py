@@ -141,6 +141,18 @@ def test_escape_ends_it_with_code_0_and_nothing_on_stderr(window: Driver) -> Non
     assert window.process.stderr.read() == ""
 
 
+def test_p_pauses_what_plays(display: str, tmp_path: Path) -> None:
+    with Driver(display, tmp_path, "toy-train", "--view", "sharp") as window:
+        begin = window.state["time_s"]
+        window.wait(lambda s: s["time_s"] > begin + 0.3)
+        window.key("p")
+        paused = window.wait(lambda s: not s["playing"])["time_s"]
+        window.do("sleep", "0.5")
+        assert window.state["time_s"] == paused
+        window.key("p")
+        window.wait(lambda s: s["playing"] and s["time_s"] > paused + 0.1)
+
+
 def test_f5_reloads_and_a_broken_shader_keeps_the_last_good_one(display: str, scene: Path, tmp_path: Path) -> None:
     for folder in ("app", "glsl", "assets"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
