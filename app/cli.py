@@ -135,7 +135,8 @@ def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> 
     for path, leaf, value in walk(Settings()):
         low, high, unit = (leaf.metadata[key] for key in ("low", "high", "unit"))
         span = "" if low is None else f"{low:g} to {high:g} {unit}".strip() + ", "
-        text = f"{leaf.metadata['doc']} ({span}default {commands.shown(value)})".replace("%", "%%")
+        step = "" if leaf.metadata["off"] is None else f"; a step, off at {commands.shown(leaf.metadata['off'])}"
+        text = f"{leaf.metadata['doc']} ({span}default {commands.shown(value)}{step})".replace("%", "%%")
         command.add_argument(f"--{path}", metavar="VALUE", help=text, dest=path)
 
 

@@ -86,6 +86,8 @@ class Renderer:
         self._frame_buffer.write(frame_block(inputs).tobytes())
         for name in {b for call in plan.calls for b in call.step.fills}:
             self._targets.begin_buffer(name)
+        for name in {t for call in plan.calls for t in call.writes if TARGETS[t].cleared}:
+            self._targets.clear(name)
         for call in self._calls(plan):
             slice_begin = self._clock() if call.step.sliced and time_budget_ms is not None else 0.0
             with self.profiler.scope(call.step.name):

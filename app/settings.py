@@ -6,31 +6,15 @@ classes by `walk`. A new setting is one line here. Settings are frozen values: `
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
-from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
 from .errors import UserError
+from .knob import knob, parse, plain, put, steps, walk
 
-
-def knob(
-    default: Any,
-    low: float | None = None,
-    high: float | None = None,
-    *,
-    unit: str = "",
-    doc: str,
-    log: bool = False,
-    static: bool = False,
-    resets: bool = True,
-) -> Any:
-    """A settings leaf. `static`: compiled in, else a uniform. `resets`: changing it invalidates accumulated samples."""
-    return field(
-        default=default,
-        metadata={"low": low, "high": high, "unit": unit, "doc": doc, "log": log, "static": static, "resets": resets},
-    )
+__all__ = ["Settings", "from_dict", "history_key", "knob", "parse", "plain", "put", "steps", "to_dict", "walk"]
 
 
 class ShadingMode(Enum):
@@ -86,13 +70,19 @@ class Post:
         2.0, 0.25, 16.0, unit="px", doc="CoC difference over which the presort moves a sample from fore- to background."
     )
     slight_focus: bool = knob(
-        True, doc="Blur slight defocus at full resolution, where half resolution would alias.", static=True
+        True, doc="Blur slight defocus at full resolution, where half resolution would alias.", static=True, off=False
     )
-    median: bool = knob(True, doc="3x3 median after the gather, against its sampling noise.", static=True)
+    median: bool = knob(True, doc="3x3 median after the gather, against its sampling noise.", static=True, off=False)
 
 
 @dataclass(frozen=True)
 class Mask:
+    edges: bool = knob(
+        True, doc="Rays only where the blur of a near edge reaches; off: in every pixel.", static=True, off=False
+    )
+    scouts: bool = knob(
+        True, doc="A ray per tile looks out for blur from what the raster image does not hold.", static=True, off=False
+    )
     sensitivity: float = knob(
         1.0, 0.01, 100.0, doc="s of the mask response 1 - 1/(s x + 1) to the Sobel gradient x.", log=True
     )
@@ -102,6 +92,7 @@ class Mask:
         3.0,
         unit="px",
         doc="Standard deviation of the Gaussian applied to the G-buffer before the Sobel filter.",
+        off=0.0,
     )
     threshold: float = knob(0.1, 0.0, 1.0, doc="Mask responses below this get no rays.")
     variance: float = knob(
@@ -109,6 +100,7 @@ class Mask:
         0.0,
         100.0,
         doc="Rays for noise: weight of the deviation of a pixel's rays beside the edge response.",
+        off=0.0,
     )
 
 
@@ -119,7 +111,13 @@ class Rays:
     )
     max_per_pixel: int = knob(16, 1, 256, unit="rays", doc="Most lens rays for one masked pixel in a frame (hybrid).")
     focus_blend: float = knob(
-        1.0, 0.05, 8.0, unit="px", doc="CoC radius over which a hit passes from the near to the far layer.", log=True
+        1.0,
+        0.05,
+        8.0,
+        unit="px",
+        doc="CoC radius over which a hit passes from the near to the far layer.",
+        log=True,
+        off=0.05,
     )
     history: float = knob(
         0.05,
@@ -135,8 +133,24 @@ class Rays:
 
 @dataclass(frozen=True)
 class Reconstruct:
+    temporal: bool = knob(True, doc="Accumulate the rays of earlier frames.", static=True, off=False)
+    motion: bool = knob(
+        True,
+        doc="Fetch each layer's history from where its surfaces were; off: from the same pixel.",
+        static=True,
+        off=False,
+    )
+    rejection: bool = knob(
+        True,
+        doc="Drop history of another depth, and hit ratios that the newest rays contradict.",
+        static=True,
+        off=False,
+    )
+    gradients: bool = knob(
+        True, doc="Trace stored lens rays again and shorten history where their light changed.", static=True, off=False
+    )
     spatial: bool = knob(
-        True, doc="Smooth the noise of few rays with neighbours whose blur reaches the pixel.", static=True
+        True, doc="Smooth the noise of few rays with neighbours whose blur reaches the pixel.", static=True, off=False
     )
     radius: float = knob(
         0.2, 0.0, 1.0, doc="Radius over which a traced layer is gathered from its neighbours, as a part of its CoC's."
@@ -145,8 +159,15 @@ class Reconstruct:
 
 @dataclass(frozen=True)
 class Blend:
+    raster: bool = knob(
+        True, doc="What is in focus behind blur is the full-resolution raster image.", static=True, off=False
+    )
     hit_ratio: float = knob(
-        0.9, 0.01, 1.0, doc="Far field: traced colour is used below this near-hit ratio, the post-process above."
+        0.9,
+        0.01,
+        1.0,
+        doc="Far field: traced colour is used below this near-hit ratio, the post-process above.",
+        off=1.0,
     )
     specular: float = knob(
         4.0,
@@ -154,6 +175,7 @@ class Blend:
         100.0,
         doc="Near field: specular luminance from which bright bokeh takes the post-process colour.",
         log=True,
+        off=100.0,
     )
 
 
@@ -176,7 +198,9 @@ class Shading:
 
 @dataclass(frozen=True)
 class Temporal:
-    antialias: bool = knob(True, doc="Jitter the samples within the pixel and accumulate frames.", static=True)
+    antialias: bool = knob(
+        True, doc="Jitter the samples within the pixel and accumulate frames.", static=True, off=False
+    )
     alpha: float = knob(
         0.1,
         0.01,
@@ -213,81 +237,6 @@ class Settings:
     shading: Shading = field(default_factory=Shading)
     temporal: Temporal = field(default_factory=Temporal)
     overlay: Overlay = field(default_factory=Overlay)
-
-
-def walk(group: Any, prefix: str = "") -> Iterator[tuple[str, Field[Any], Any]]:
-    """Yield (dotted path, field, value) for every leaf: the one traversal that everything derived from settings
-    shares.
-    """
-    for f in fields(group):
-        value = getattr(group, f.name)
-        if is_dataclass(value):
-            yield from walk(value, f"{prefix}{f.name}.")
-        else:
-            yield f"{prefix}{f.name}", f, value
-
-
-def put(group: Any, path: str, value: Any) -> Any:
-    """A copy of `group` with the leaf at the dotted `path` replaced. Raises UserError for an unknown path."""
-    head, dot, rest = path.partition(".")
-    if not is_dataclass(group) or head not in {f.name for f in fields(group)}:
-        raise UserError(f"there is no setting {path!r}")
-    return replace(group, **{head: put(getattr(group, head), rest, value) if dot else value})  # type: ignore[type-var]
-
-
-def parse(path: str, text: str, leaf: Field[Any]) -> Any:
-    """The value that `text` means for a leaf, checked against its range. Raises UserError naming the option and what is
-    allowed.
-    """
-    default = leaf.default
-    try:
-        value = _convert(text, default)
-    except (ValueError, KeyError):
-        raise UserError(f"--{path} {text!r}: give {_expected(default)}") from None
-    low, high = leaf.metadata["low"], leaf.metadata["high"]
-    for number in value if isinstance(value, tuple) else (value,):
-        if isinstance(number, float) and not math.isfinite(number):
-            raise UserError(f"--{path} {text!r}: give a finite number")
-        if low is not None and not low <= number <= high:
-            raise UserError(f"--{path} {text}: give a value from {low:g} to {high:g}")
-    return value
-
-
-def _convert(text: str, default: Any) -> Any:
-    if isinstance(default, bool):
-        return {
-            "1": True,
-            "true": True,
-            "on": True,
-            "yes": True,
-            "0": False,
-            "false": False,
-            "off": False,
-            "no": False,
-        }[text.lower()]
-    if isinstance(default, Enum):
-        return type(default)(text.lower())
-    if isinstance(default, tuple):
-        numbers = tuple(float(part) for part in text.strip("()[] ").replace(",", " ").split())
-        if len(numbers) != len(default):
-            raise ValueError(text)
-        return numbers
-    return type(default)(text)
-
-
-def _expected(default: Any) -> str:
-    if isinstance(default, bool):
-        return "on or off"
-    if isinstance(default, Enum):
-        return "one of " + ", ".join(member.value for member in type(default))
-    if isinstance(default, tuple):
-        return f"{len(default)} numbers such as " + ",".join(f"{x:g}" for x in default)
-    return "a whole number" if isinstance(default, int) else "a number"
-
-
-def plain(value: Any) -> Any:
-    """A leaf's value as JSON holds it."""
-    return value.value if isinstance(value, Enum) else list(value) if isinstance(value, tuple) else value
 
 
 def to_dict(settings: Settings) -> dict[str, Any]:

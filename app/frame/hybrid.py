@@ -6,7 +6,7 @@ from ..optics import IN_FOCUS_COC_PX
 from ..scene.facts import Facts
 from ..settings import Settings
 from .post import blurred, lens_defines
-from .raster import object_defines, shading_defines
+from .raster import moving, object_defines, shading_defines
 from .records import Defines, Need, Pass
 
 RECONSTRUCT_RINGS = 3  # 49 taps: at the largest radius two texels apart
@@ -41,6 +41,30 @@ def reconstruct_defines(settings: Settings, facts: Facts) -> Defines:
         *lens_defines(settings, facts),
         ("SPATIAL", int(settings.reconstruct.spatial)),
         ("RINGS", RECONSTRUCT_RINGS),
+    )
+
+
+def keeps_probes(settings: Settings, facts: Facts) -> bool:
+    """Whether rays are stored for the next frame: always, since none can be fetched once something moves."""
+    return settings.reconstruct.gradients and settings.reconstruct.temporal
+
+
+def changing(settings: Settings, facts: Facts) -> Need:
+    """Gradients: only where there are rays, and while something moves."""
+    if not keeps_probes(settings, facts):
+        return Need(False, "reconstruct.gradients or reconstruct.temporal is off")
+    rays = partly_occluded(settings, facts)
+    return moving(settings, facts) if rays.runs else rays
+
+
+def accumulate_defines(settings: Settings, facts: Facts) -> Defines:
+    """Which steps of the accumulation are on; whether whole frames are averaged after it."""
+    steps = settings.reconstruct
+    return (
+        ("AVERAGED", int(settings.temporal.antialias)),
+        ("TEMPORAL", int(steps.temporal)),
+        ("MOTION", int(steps.motion)),
+        ("REJECTION", int(steps.rejection)),
     )
 
 
@@ -104,6 +128,7 @@ HYBRID = (
         writes=("mask",),
         fills=("RayHistogram",),
         needed=partly_occluded,
+        defines=lambda s, f: (("EDGES", int(s.mask.edges)),),
     ),
     Pass(
         "ray_budget",
@@ -129,7 +154,8 @@ HYBRID = (
         "rays/trace.comp",
         reads=("ray_count",),
         buffers=("RayWork",),
-        writes=("trace_near", "trace_far", "trace_motion", "trace_coc", "trace_moments"),
+        writes=("trace_near", "trace_far", "trace_motion", "trace_spread", "trace_moments"),
+        writes_if=(("probe_hit", keeps_probes), ("probe_lens", keeps_probes)),
         indirect=("RayWork", 0),
         scene=True,
         rays=True,
@@ -137,13 +163,25 @@ HYBRID = (
         defines=trace_defines,
     ),
     Pass(
+        "gradient",
+        "rays/gradient.comp",
+        reads=("trace_motion", "trace_near", "trace_far", "ray_count"),
+        history=("probe_hit", "probe_lens"),
+        writes=("gradient",),
+        scene=True,
+        rays=True,
+        needed=changing,
+        defines=trace_defines,
+    ),
+    Pass(
         "accumulate",
         "rays/accumulate.comp",
-        reads=("trace_near", "trace_far", "trace_motion", "trace_coc", "trace_moments", "ray_count", "mask"),
+        reads=("trace_near", "trace_far", "trace_motion", "trace_spread", "trace_moments", "ray_count", "mask"),
+        optional=("gradient",),
         history=("near_layer", "far_layer", "layer_state", "layer_coc", "layer_moments"),
         writes=("near_layer", "far_layer", "layer_state", "layer_coc", "layer_moments", "near_light", "far_light"),
         needed=partly_occluded,
-        defines=lambda s, f: (("AVERAGED", int(s.temporal.antialias)),),
+        defines=accumulate_defines,
     ),
     Pass(
         "reconstruct",
@@ -159,5 +197,6 @@ HYBRID = (
         reads=("coc", "post", "post_behind", "far_blur", "mask", "near_smooth", "far_smooth", "layer_state"),
         writes=("hybrid",),
         needed=partly_occluded,
+        defines=lambda s, f: (("RASTER_FOCUS", int(s.blend.raster)),),
     ),
 )

@@ -41,6 +41,8 @@ LENS_RAYS = TRACED[0].updates
 LENS_POINTS = REFERENCE[0].updates
 CONVERGING = (*LENS_RAYS, *LENS_POINTS)
 
+OF_MOTION = ("motion", "gradient")  # targets that are written while something moves
+
 PASSES = (*RASTER, *POST, *HYBRID, *TRACED, *REFERENCE)
 
 
@@ -75,7 +77,7 @@ def target_plan(target: str, settings: Settings, facts: Facts) -> FramePlan:
     if target not in TARGETS or target in ("display", "resolved"):
         names = ", ".join((*VIEWS, *(t for t in TARGETS if t not in ("display", "resolved") and t not in VIEWS)))
         raise UserError(f"--view {target}: there is no such view or target; choose one of {names}")
-    if target == "motion" and not facts.moved:
+    if target in OF_MOTION and not facts.moved:
         facts = replace(facts, camera_moved=True)  # zeros are worth seeing, too
     plan(PASSES, target, settings, facts)  # raises, with the reason, where this scene does not call for the target
     return plan((*PASSES, show_pass(TARGETS[target])), "display", settings, facts)

@@ -29,6 +29,7 @@ class Target:
     meaning: str  # of a texel, with its unit
     scale: int = 1
     history: bool = False
+    cleared: bool = False  # zeroed before each frame that writes it: passes that write only parts of it leave no past
     filter: Literal["nearest", "linear"] = "linear"
     show: Show = "color"  # how the target viewer paints it
     range: tuple[float, float] = (0.0, 1.0)  # its colour map's ends

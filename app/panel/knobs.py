@@ -102,6 +102,8 @@ def _tooltip(path: str, leaf: Field[Any]) -> None:
             f"{meta['low']:g} to {describe(meta['high'], meta['unit'])}; Ctrl+click to type a number"
         )
     imgui.text_unformatted(f"--{path}, default {describe(leaf.default, meta['unit'])}")
+    if meta["off"] is not None:
+        imgui.text_unformatted(f"a step of the technique: off at {describe(meta['off'], meta['unit'])}")
     if meta["static"]:
         imgui.text_unformatted("compiled into the shaders: changing it pauses for a moment")
     imgui.pop_style_color()

@@ -66,7 +66,7 @@ void main() {
     vec4 post_far = textureLod(in_far_blur, uv, 0.0);
     float open = 1.0 - traced.near.a;
     float filtered = post_far_share(traced.ratio, frame.blend_hit_ratio) * post_far.a;
-    float rasterised = raster_share(texelFetch(in_coc, pixel, 0).r, IN_FOCUS_COC_PX, frame.focus_blend);
+    float rasterised = float(RASTER_FOCUS) * raster_share(texelFetch(in_coc, pixel, 0).r, IN_FOCUS_COC_PX, frame.focus_blend);
     vec3 behind = mix(traced.far.rgb, open * post_far.rgb, filtered);
     behind = mix(behind, open * texelFetch(in_post_behind, pixel, 0).rgb, rasterised);
     float rays = feather * (1.0 - post_near_share(post.a, frame.blend_specular));

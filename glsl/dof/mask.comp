@@ -74,7 +74,7 @@ void main() {
     for (uint level = lane; level < 256u; level += 64u) counted[level] = 0u;
     barrier();
     if (all(lessThan(p, size))) {
-        vec2 mask = dilated(p, size.y);
+        vec2 mask = EDGES == 1 ? dilated(p, size.y) : vec2(1.0);
         uint level = 0u;
         if (mask.x > 0.0) {
             float weight = ray_weight(mask.x, deviation_at(p), frame.mask_variance);

@@ -5,6 +5,11 @@
 const float HALF_RES_FROM_PX = 2.0;
 const float HALF_RES_FULL_PX = 4.0;
 
+// How far outside the CoCs around a pixel the history's may lie: a pixel of blur is below what shows, and what a mean of
+// few hits misses of a sloping surface grows with the blur.
+const float SAME_DEPTH_PX = 1.0;
+const float SAME_DEPTH_SHARE = 0.1;
+
 // Part of a hit that belongs to the near layer: none within the focus zone, all `blend` px of CoC in front of it
 // (poster, 2.1).
 float near_share(float coc, float in_focus_px, float blend) {
@@ -27,6 +32,14 @@ float post_far_share(float hit_ratio, float threshold) {
 // Weight of the post-process where it is bright with specular near bokeh, in which rays are noisiest (poster, 2.3).
 float post_near_share(float specular, float threshold) {
     return smoothstep(threshold, 2.0 * threshold, specular);
+}
+
+// Whether history of CoC `coc` may belong to a layer whose CoC now lies between circle.x and circle.y [px]; a range that
+// is empty tells nothing.
+bool same_depth(float coc, vec2 circle) {
+    if (circle.x > circle.y) return true;
+    float margin = SAME_DEPTH_PX + SAME_DEPTH_SHARE * max(abs(circle.x), abs(circle.y));
+    return coc >= circle.x - margin && coc <= circle.y + margin;
 }
 
 // Weight of `rays` new samples against a mean of `before`, never below `floor_weight`.

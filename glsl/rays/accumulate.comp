@@ -1,26 +1,32 @@
 // Adds this frame's rays to the near and the far layer, each fetched from where its own surfaces were last frame.
-// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), trace_coc (px; near, far),
-//   trace_moments (compressed luminance and its square, of the near and the far part), ray_count (x: rays), mask (x:
-//   weight in the budget); last frame's layers.
+// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), trace_spread (CoC of
+//   near and far hits, px; mean square of their motion, px^2), trace_moments (compressed luminance and its square, of the
+//   near and the far part), ray_count (x: rays), mask (x: weight in the budget), gradient (change of near and far light,
+//   one texel per 3x3 half-res px) while something moves; last frame's layers.
 // Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near
-//   mean, y: in the far mean; z: hit ratio; w: 1 where the layers hold anything), layer_coc, layer_moments (trace_coc and
-//   trace_moments, accumulated), near_light, far_light (what the composite lays: premultiplied; a: share), half resolution.
+//   mean, y: in the far mean; z: hit ratio; w: 1 where the layers hold anything), layer_coc, layer_moments (CoC and
+//   moments, accumulated), near_light, far_light (what the composite lays: premultiplied; a: share), half resolution.
 // Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still camera
 // takes the plain mean. Both layers move by the mean screen motion of their own hits, or of their neighbours' where
-// no ray hit that layer. Motion composes by the accumulated ratio only as far as the latest rays bear it out. While
-// the camera is still and temporal anti-aliasing averages whole frames (AVERAGED), a frame shows its own rays only: a
+// no ray hit that layer; history that is off screen or lies at another depth is dropped (REJECTION). Motion composes by
+// the accumulated ratio only as far as the latest rays bear it out. History is shortened where stored rays changed their
+// light (Schied et al. 2018) and where one layer's hits move apart. While nothing moves and temporal anti-aliasing averages whole frames (AVERAGED), a frame shows its own rays only: a
 // mean of running means would count the first rays again in every frame.
 #include "shared/frame.glsl"
 #include "lib/hit_layers.glsl"
+#include "lib/gradient.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_trace_near;
 uniform sampler2D in_trace_far;
 uniform sampler2D in_trace_motion;
-uniform sampler2D in_trace_coc;
+uniform sampler2D in_trace_spread;
 uniform sampler2D in_trace_moments;
 uniform sampler2D in_ray_count;
 uniform sampler2D in_mask;
+#if HAS_GRADIENT
+uniform sampler2D in_gradient;
+#endif
 uniform sampler2D prev_near_layer;
 uniform sampler2D prev_far_layer;
 uniform sampler2D prev_layer_state;
@@ -46,13 +52,17 @@ const Mean NOTHING = Mean(vec4(0.0), 0.0, vec2(0.0), 0.0);
 // This frame's rays around a pixel.
 struct Around {
     vec4 motion;  // px; xy near, zw far; of 5x5 pixels at most
+    vec2 drift;   // px; standard deviation of the motion of the near and of the far hits of 5x5 pixels
+    vec4 circle;  // px; smallest and largest CoC of near hits, then of far hits, of 5x5 pixels
     float ratio;  // hit ratio of 3x3 pixels ...
     float rays;   // ... from this many rays
 };
 
+const vec4 NO_CIRCLE = vec4(1e30, -1e30, 1e30, -1e30);
+
 // Last frame's mean at a continuous half-res position: bilinear among the texels that hold one, nothing off screen.
-// `field`: 0 near, 1 far.
-Mean earlier(sampler2D layer, int field, vec2 position) {
+// `field`: 0 near, 1 far; `circle`: the CoC that the layer has around here now, px, smallest and largest.
+Mean earlier(sampler2D layer, int field, vec2 position, vec2 circle) {
     ivec2 size = textureSize(layer, 0);
     if (any(lessThan(position, vec2(0.0))) || any(greaterThan(position, vec2(size)))) return NOTHING;
     ivec2 corner = ivec2(floor(position - 0.5));
@@ -61,12 +71,12 @@ Mean earlier(sampler2D layer, int field, vec2 position) {
     float weight = 0.0;
     for (int i = 0; i < 4; i++) {
         ivec2 step = ivec2(i & 1, i >> 1), texel = clamp(corner + step, ivec2(0), size - 1);
-        float held = texelFetch(prev_layer_state, texel, 0)[field];
+        float held = texelFetch(prev_layer_state, texel, 0)[field], coc = texelFetch(prev_layer_coc, texel, 0)[field];
         vec2 bilinear = mix(1.0 - f, f, vec2(step));
-        float w = held > 0.0 ? bilinear.x * bilinear.y : 0.0;
+        float w = held > 0.0 && same_depth(coc, circle) ? bilinear.x * bilinear.y : 0.0;
         vec4 light = texelFetch(layer, texel, 0), moments = texelFetch(prev_layer_moments, texel, 0);
         sum.layer += w * light;
-        sum.circle += w * light.a * texelFetch(prev_layer_coc, texel, 0)[field];
+        sum.circle += w * light.a * coc;
         sum.moments += w * (field == 0 ? moments.xy : moments.zw);
         sum.rays += w * held;
         weight += w;
@@ -77,8 +87,8 @@ Mean earlier(sampler2D layer, int field, vec2 position) {
 
 Around look_around(ivec2 p) {
     ivec2 last = textureSize(in_mask, 0) - 1;
-    vec4 motion = vec4(0.0), shares = vec4(0.0);
-    vec2 hits = vec2(0.0);
+    vec4 motion = vec4(0.0), shares = vec4(0.0), circle = NO_CIRCLE, mean = vec4(0.0);
+    vec2 hits = vec2(0.0), square = vec2(0.0), sum = vec2(1e-12);
     for (int i = 0; i < 25; i++) {
         ivec2 offset = ivec2(i % 5, i / 5) - 2, texel = clamp(p + offset, ivec2(0), last);
         float rays = texelFetch(in_ray_count, texel, 0).x;
@@ -86,14 +96,22 @@ Around look_around(ivec2 p) {
         vec4 share = rays * vec4(texelFetch(in_trace_near, texel, 0).aa, texelFetch(in_trace_far, texel, 0).aa);
         // The pixel's own hits decide how its layers move; its neighbours' count where it has none.
         float say = offset == ivec2(0) ? 1.0 : 1e-4;
-        motion += say * share * texelFetch(in_trace_motion, texel, 0);
+        vec4 moved = texelFetch(in_trace_motion, texel, 0), spread = texelFetch(in_trace_spread, texel, 0);
+        motion += say * share * moved;
         shares += say * share;
+        mean += share * moved;
+        square += share.xz * spread.zw;
+        sum += share.xz;
+        if (share.x > 0.0) circle.xy = vec2(min(circle.x, spread.x), max(circle.y, spread.x));
+        if (share.z > 0.0) circle.zw = vec2(min(circle.z, spread.y), max(circle.w, spread.y));
         if (max(abs(offset.x), abs(offset.y)) < 2) hits += vec2(share.x, rays);
     }
     motion /= max(shares, 1e-12);
     if (shares.x == 0.0) motion.xy = motion.zw;  // no near hit anywhere: an empty layer may move with the other
     if (shares.z == 0.0) motion.zw = motion.xy;
-    return Around(motion, hits.x / max(hits.y, 1.0), hits.y);
+    mean /= sum.xxyy;
+    vec2 drift = sqrt(max(square / sum - vec2(dot(mean.xy, mean.xy), dot(mean.zw, mean.zw)), 0.0));
+    return Around(motion, drift, circle, hits.x / max(hits.y, 1.0), hits.y);
 }
 
 void add(inout Mean mean, Mean newest, float floor_weight) {
@@ -103,6 +121,23 @@ void add(inout Mean mean, Mean newest, float floor_weight) {
     mean.circle = mix(mean.circle, newest.circle, weight);
     mean.moments = mix(mean.moments, newest.moments, weight);
     mean.rays = newest.rays / weight;
+}
+
+// Change of the near and of the far light around a pixel: the mean over 3x3 stored rays.
+vec2 change_around(ivec2 p) {
+    vec2 change = vec2(0.0);
+#if HAS_GRADIENT
+    vec2 known = vec2(0.0);
+    ivec2 last = textureSize(in_gradient, 0) - 1;
+    for (int i = 0; i < 9; i++) {
+        ivec2 block = p / 3 + ivec2(i % 3, i / 3) - 1;
+        vec2 here = texelFetch(in_gradient, clamp(block, ivec2(0), last), 0).xy, told = step(0.0, here);
+        change += told * here;
+        known += told;
+    }
+    change /= max(known, 1.0);
+#endif
+    return change;
 }
 
 // Scales a layer's accumulated light to the share it is composed with.
@@ -118,25 +153,32 @@ void main() {
     float ratio = 0.0;
     if (texelFetch(in_mask, p, 0).x > 0.0) {
         bool moved = frame.moved != 0u;
-        Around around = moved ? look_around(p) : Around(vec4(0.0), 0.0, 0.0);
-        if (frame.history_valid != 0u) {
-            near = earlier(prev_near_layer, 0, vec2(p) + 0.5 - 0.5 * around.motion.xy);
-            far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw);
+        Around around = moved ? look_around(p) : Around(vec4(0.0), vec2(0.0), NO_CIRCLE, 0.0, 0.0);
+        if (MOTION == 0) around.motion = vec4(0.0);
+        if (TEMPORAL == 1 && frame.history_valid != 0u) {
+            near = earlier(prev_near_layer, 0, vec2(p) + 0.5 - 0.5 * around.motion.xy, around.circle.xy);
+            far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw, around.circle.zw);
         }
         float rays = texelFetch(in_ray_count, p, 0).x;
         Mean near_now = NOTHING, far_now = NOTHING;
         if (rays > 0.0) {
             vec4 near_layer = texelFetch(in_trace_near, p, 0), far_layer = texelFetch(in_trace_far, p, 0);
             vec4 moments = texelFetch(in_trace_moments, p, 0);
-            vec2 circle = texelFetch(in_trace_coc, p, 0).xy * vec2(near_layer.a, far_layer.a);
+            vec2 circle = texelFetch(in_trace_spread, p, 0).xy * vec2(near_layer.a, far_layer.a);
             near_now = Mean(near_layer, circle.x, moments.xy, rays);
             far_now = Mean(far_layer, circle.y, moments.zw, rays);
         }
-        float floor_weight = moved ? frame.history_alpha : 0.0;
-        add(near, near_now, floor_weight);
-        add(far, far_now, floor_weight);
+        vec2 least = vec2(0.0);
+        if (moved) {
+            vec2 change = change_around(p), drift = REJECTION == 1 ? around.drift : vec2(0.0);
+            float near_coc = near_now.circle / max(near_now.layer.a, 1e-6), far_coc = far_now.circle / max(far_now.layer.a, 1e-6);
+            least.x = stale_weight(frame.history_alpha, change.x, drift.x, near_coc);
+            least.y = stale_weight(frame.history_alpha, change.y, drift.y, far_coc);
+        }
+        add(near, near_now, least.x);
+        add(far, far_now, least.y);
         ratio = near.layer.a;  // it moved with the edge; what the far layer had left open did not
-        if (moved) ratio = trusted_ratio(ratio, around.ratio, around.rays);
+        if (moved && REJECTION == 1) ratio = trusted_ratio(ratio, around.ratio, around.rays);
         bool own_rays = AVERAGED == 1 && !moved && rays > 0.0;
         near_light = own_rays ? near_now.layer : composed(near.layer, ratio);
         far_light = own_rays ? far_now.layer : composed(far.layer, 1.0 - ratio);

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from app.data import data_dir
 from app.errors import UserError
 from app.frame.output import SHOW_KINDS, display_pass, resolve_pass, show_pass
-from app.frame.pipeline import CONVERGING, PASSES, VIEWS, color_target, frame_plan, linear_target
+from app.frame.pipeline import CONVERGING, OF_MOTION, PASSES, VIEWS, color_target, frame_plan, linear_target
 from app.frame.records import FramePlan, Pass, split_read
 from app.frame.targets import BUFFERS, TARGETS
 from app.gpu.shaders import SUFFIXES
@@ -100,7 +100,8 @@ def test_every_view_has_a_sound_plan_whatever_the_scene_and_settings(
 @given(target=st.sampled_from(sorted(set(SHOWN) - VIEWS.keys())), settings=planning_settings(), facts=facts)
 def test_every_target_can_be_looked_at_or_says_why_not(target: str, settings: Settings, facts: Facts) -> None:
     written = {t for p in PASSES if p.needed(settings, facts).runs for t in (*p.outputs(settings, facts), *p.offers)}
-    if target in written | {"motion"}:  # motion is drawn for whoever looks at it
+    moving = {t for p in PASSES if p.needed(settings, replace(facts, camera_moved=True)).runs for t in p.writes}
+        if target in written | (moving & set(OF_MOTION)):  # drawn for whoever looks at it
         frame = frame_plan(target, settings, facts)
         assert_sound(frame)
         assert linear_target(frame) == target

@@ -1,4 +1,4 @@
-"""The hybrid's arithmetic in float64: the twin of glsl/lib/{mask,hit_layers,reconstruct}.glsl, and of mask passes.
+"""The hybrid's arithmetic in float64: the twin of glsl/lib/{mask,hit_layers,reconstruct,gradient}.glsl, and of mask passes.
 
 Nothing here runs when a picture is drawn: it says what the shaders must compute, so that tests can hold them to it.
 """
@@ -22,6 +22,9 @@ EDGE_WORTH = 0.1
 HALF_RES_FROM_PX, HALF_RES_FULL_PX = 2.0, 4.0
 MOST_GATHER_HALF = 6.0  # half-res px
 PRIOR_RAYS = 8.0
+DARK = 1e-3  # compressed luminance
+DRIFT = 0.5
+SAME_DEPTH_PX, SAME_DEPTH_SHARE = 1.0, 0.1
 
 _SMOOTHING = np.array([1.0, 4.0, 6.0, 4.0, 1.0])
 _DERIVATIVE = np.array([-1.0, -2.0, 0.0, 2.0, 1.0])
@@ -107,6 +110,27 @@ def post_far_share(hit_ratio: ArrayLike, threshold: float) -> Array:
 def post_near_share(specular: ArrayLike, threshold: float) -> Array:
     """Weight of the post-process where it is bright with specular near bokeh."""
     return smoothstep(threshold, 2.0 * threshold, specular)
+
+
+def same_depth(coc: ArrayLike, low: ArrayLike, high: ArrayLike) -> Any:
+    """Whether history of CoC `coc` may belong to a layer whose CoC now lies between `low` and `high` [px]."""
+    coc, low, high = (np.asarray(x, np.float64) for x in (coc, low, high))
+    margin = SAME_DEPTH_PX + SAME_DEPTH_SHARE * np.maximum(np.abs(low), np.abs(high))
+    return (low > high) | ((coc >= low - margin) & (coc <= high + margin))
+
+
+def light_change(before: ArrayLike, now: ArrayLike) -> Array:
+    """Squared relative change of light, 0..1 (Schied, Peters and Dachsbacher 2018)."""
+    before, now = np.asarray(before, np.float64), np.asarray(now, np.float64)
+    change = np.abs(now - before) / np.maximum(np.maximum(before, now), DARK)
+    return np.asarray(np.minimum(change**2, 1.0))
+
+
+def stale_weight(least: ArrayLike, change: ArrayLike, drift: ArrayLike, coc: ArrayLike) -> Array:
+    """Smallest weight of the newest rays: `least`, more where light changed or one layer's hits move apart."""
+    least, change = np.asarray(least, np.float64), np.clip(np.asarray(change, np.float64), 0.0, 1.0)
+    apart = np.minimum(np.asarray(drift) / (DRIFT * np.maximum(np.abs(coc), 1.0)), 1.0)
+    return np.asarray(np.maximum(least + (1.0 - least) * change, apart))
 
 
 def newest_weight(rays: ArrayLike, before: ArrayLike, floor_weight: ArrayLike) -> Array:

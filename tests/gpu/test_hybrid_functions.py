@@ -1,4 +1,4 @@
-"""glsl/lib/{mask,hit_layers,reconstruct}.glsl against their float64 twins."""
+"""glsl/lib/{mask,hit_layers,reconstruct,gradient}.glsl against their float64 twins."""
 
 from __future__ import annotations
 
@@ -29,7 +29,12 @@ OF_MASK = (
     "ray_weight",
 )
 OF_RECONSTRUCT = ("gather_radius_half", "reach_weight", "ray_variance", "signal_variance", "neighbour_share")
-FILES = {"lib/mask.glsl": OF_MASK, "lib/reconstruct.glsl": OF_RECONSTRUCT}  # the rest: lib/hit_layers.glsl
+OF_GRADIENT = ("light_change", "stale_weight")
+FILES = {
+    "lib/mask.glsl": OF_MASK,
+    "lib/reconstruct.glsl": OF_RECONSTRUCT,
+    "lib/gradient.glsl": OF_GRADIENT,
+}  # the rest: lib/hit_layers.glsl
 
 CASES = {
     "float mask_response(float a, float b)": (
@@ -58,6 +63,19 @@ CASES = {
     "float raster_share(float a, float b, float c)": (twin.raster_share, 0.1 * COC, IN_FOCUS_COC_PX, 1.0),
     "float post_far_share(float a, float b)": (twin.post_far_share, UNIT, 0.9),
     "float post_near_share(float a, float b)": (twin.post_near_share, 20.0 * UNIT, 4.0),
+    "bool same_depth(float a, vec2 b)": (
+        lambda coc, circle: twin.same_depth(coc, circle[:, 0], circle[:, 1]),
+        COC,
+        COC[::-1, None] + RNG.uniform(-4.0, 12.0, (N, 2)),
+    ),
+    "float light_change(float a, float b)": (twin.light_change, 10.0 ** RNG.uniform(-5, 0, N), UNIT),
+    "float stale_weight(float a, float b, float c, float d)": (
+        twin.stale_weight,
+        0.05,
+        RNG.uniform(-0.5, 1.5, N),
+        RNG.uniform(0.0, 20.0, N),
+        COC,
+    ),
     "float newest_weight(float a, float b, float c)": (
         twin.newest_weight,
         RNG.integers(0, 16, N),
