@@ -101,7 +101,7 @@ def test_every_view_has_a_sound_plan_whatever_the_scene_and_settings(
 def test_every_target_can_be_looked_at_or_says_why_not(target: str, settings: Settings, facts: Facts) -> None:
     written = {t for p in PASSES if p.needed(settings, facts).runs for t in (*p.outputs(settings, facts), *p.offers)}
     moving = {t for p in PASSES if p.needed(settings, replace(facts, camera_moved=True)).runs for t in p.writes}
-        if target in written | (moving & set(OF_MOTION)):  # drawn for whoever looks at it
+    if target in written | (moving & set(OF_MOTION)):  # drawn for whoever looks at it
         frame = frame_plan(target, settings, facts)
         assert_sound(frame)
         assert linear_target(frame) == target

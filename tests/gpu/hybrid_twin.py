@@ -1,4 +1,4 @@
-"""The hybrid's arithmetic in float64: the twin of glsl/lib/{mask,hit_layers,reconstruct,gradient}.glsl, and of mask passes.
+"""The hybrid's arithmetic in float64: twin of glsl/lib/{mask,hit_layers,reconstruct,gradient}.glsl and mask passes.
 
 Nothing here runs when a picture is drawn: it says what the shaders must compute, so that tests can hold them to it.
 """
