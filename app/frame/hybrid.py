@@ -44,6 +44,13 @@ def reconstruct_defines(settings: Settings, facts: Facts) -> Defines:
     )
 
 
+def scouting(settings: Settings, facts: Facts) -> Need:
+    """Scouts: only where rays can be called for, and not where they go everywhere anyway."""
+    if not settings.mask.scouts or not settings.mask.edges:
+        return Need(False, "mask.scouts is off" if settings.mask.edges else "mask.edges is off: rays go everywhere")
+    return partly_occluded(settings, facts)
+
+
 def keeps_probes(settings: Settings, facts: Facts) -> bool:
     """Whether rays are stored for the next frame: always, since none can be fetched once something moves."""
     return settings.reconstruct.gradients and settings.reconstruct.temporal
@@ -71,6 +78,17 @@ def accumulate_defines(settings: Settings, facts: Facts) -> Defines:
 ONE_GROUP = (1 << 16, 1 << 16)  # a work group that covers every picture: the pass runs once
 
 HYBRID = (
+    Pass(
+        "scout",
+        "rays/scout.comp",
+        reads=("depth",),
+        history=("scout",),
+        writes=("scout",),
+        scene=True,
+        rays=True,
+        needed=scouting,
+        defines=trace_defines,
+    ),
     Pass(
         "mask_guide",
         "dof/mask_guide.comp",
@@ -122,7 +140,7 @@ HYBRID = (
         "mask",
         "dof/mask.comp",
         reads=("mask_rows", "mask_reach"),
-        optional=("motion",),
+        optional=("motion", "scout"),
         history=("layer_state", "layer_moments"),
         buffers=("MaskReach",),
         writes=("mask",),

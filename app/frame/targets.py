@@ -36,6 +36,7 @@ TARGETS: dict[str, Target] = {
         Target("post", 4, "f2", "the post-processed picture, radiance; a: specular luminance of its near layer"),
         Target("post_behind", 4, "f2", "what the post-process shows behind its near layer, radiance; a: 1 where anything was seen"),
         # hybrid
+        Target("scout", 2, "f4", "x: share of lens rays that hit near surfaces which the raster image does not hold; y: rays that say so", TILE_PX, history=True, filter="nearest", show="scalar"),
         Target("mask_guide", 4, "f4", "means over 2x2 px; xyz: world normal, w: CoC, px", 2, filter="nearest"),
         Target("mask_slope", 4, "f4", "x: most negative CoC of the 2x2 px; yz: what CoC changes along x and y per half-res px by the surface's own slope", 2, filter="nearest", show="signed", range=(-20.0, 20.0)),
         Target("mask_edges", 2, "f2", "x: mask response of an edge, 0..1; y: how far its near blur reaches, half-res px", 2, filter="nearest", show="scalar"),

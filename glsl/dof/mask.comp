@@ -1,7 +1,8 @@
 // Completes the ray mask: dilates along columns, says how much each pixel is worth in the ray budget, and counts that.
 // Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response; 2^level half-res px a row), mask_reach
 //   (farthest edge to look for, half-res px, per tile), MaskReach (the largest reach, half-res px), motion (px) while something moves; last frame's layer_state (x, y: rays) and
-//   layer_moments (compressed luminance and its square, of the near and the far part).
+//   layer_moments (compressed luminance and its square, of the near and the far part); scout (x: share of rays that find
+//   unseen near surfaces, one texel per 8x8 half-res px) if there are scouts.
 // Writes: mask (x: weight in the ray budget in steps of 1/255, 0: no rays; y: weight of rays in the composite, 0..1),
 //   half resolution.
 // Fills: RayHistogram (masked pixels per weight step).
@@ -19,6 +20,9 @@ uniform sampler2D prev_layer_state;
 uniform sampler2D prev_layer_moments;
 #if HAS_MOTION
 uniform sampler2D in_motion;
+#endif
+#if HAS_SCOUT
+uniform sampler2D in_scout;
 #endif
 layout(rg16f) uniform writeonly image2D out_mask;
 layout(std430) readonly buffer MaskReach { float largest_reach; };
@@ -53,6 +57,21 @@ float deviation_at(ivec2 p) {
     return light_deviation(moments);
 }
 
+// What scouts make of a pixel, 0..1: their finds around it under a quadratic B-spline, smooth across tiles.
+float scouted(ivec2 p) {
+    float found = 0.0;
+#if HAS_SCOUT
+    vec2 at = (vec2(p) + 0.5) / 8.0, f = fract(at) - 0.5;
+    ivec2 tile = ivec2(floor(at)), last = textureSize(in_scout, 0) - 1;
+    for (int i = 0; i < 9; i++) {
+        ivec2 step = ivec2(i % 3, i / 3) - 1;
+        vec2 side = 0.5 + vec2(step) * f, weight = mix(0.5 * side * side, 0.75 - f * f, equal(step, ivec2(0)));
+        found += weight.x * weight.y * texelFetch(in_scout, clamp(tile + step, ivec2(0), last), 0).x;
+    }
+#endif
+    return scouted_share(found);
+}
+
 // Response and feather at p, from the rows above and below.
 vec2 dilated(ivec2 p, int height) {
     int side = 1 << mask_level(largest_reach);
@@ -74,7 +93,7 @@ void main() {
     for (uint level = lane; level < 256u; level += 64u) counted[level] = 0u;
     barrier();
     if (all(lessThan(p, size))) {
-        vec2 mask = EDGES == 1 ? dilated(p, size.y) : vec2(1.0);
+        vec2 mask = EDGES == 1 ? max(dilated(p, size.y), vec2(scouted(p))) : vec2(1.0);
         uint level = 0u;
         if (mask.x > 0.0) {
             float weight = ray_weight(mask.x, deviation_at(p), frame.mask_variance);

@@ -70,6 +70,12 @@ float rays_feather(float power, float reach) {
     return smoothstep(0.0, RIM, from_rim) * smoothstep(RAYS_BEGIN_PX, RAYS_END_PX, 2.0 * (reach - REACH_MARGIN_HALF));
 }
 
+// Weight of rays where scouts hit unseen near surfaces with a share of `found`: all from a twentieth on, which moves a
+// pixel by a twentieth of the contrast; none below a hundredth, which is lost in the noise.
+float scouted_share(float found) {
+    return smoothstep(0.01, 0.05, found);
+}
+
 // Standard deviation per ray of a pixel's light, from the means of compressed luminance and of its square, of the near
 // (xy) and of the far part (zw): each ray falls into one or the other, or its shares add to one.
 float light_deviation(vec4 moments) {

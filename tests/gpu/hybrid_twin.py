@@ -66,6 +66,11 @@ def coarse_margin_half(side: ArrayLike) -> Array:
     return np.asarray(math.sqrt(0.5) * (np.asarray(side, np.float64) - 1.0))
 
 
+def scouted_share(found: ArrayLike) -> Array:
+    """Weight of rays where scouts hit unseen near surfaces with a share of `found`."""
+    return smoothstep(0.01, 0.05, found)
+
+
 def light_deviation(moments: ArrayLike) -> Array:
     """Standard deviation per ray from means (..., 4) of light and its square, of the near and of the far part."""
     m = np.asarray(moments, np.float64)

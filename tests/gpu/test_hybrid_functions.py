@@ -26,6 +26,7 @@ OF_MASK = (
     "mask_level",
     "coarse_margin_half",
     "light_deviation",
+    "scouted_share",
     "ray_weight",
 )
 OF_RECONSTRUCT = ("gather_radius_half", "reach_weight", "ray_variance", "signal_variance", "neighbour_share")
@@ -52,6 +53,7 @@ CASES = {
     ),
     "int mask_level(float a)": (twin.mask_level, RNG.uniform(0.0, 600.0, N)),
     "float coarse_margin_half(int a)": (twin.coarse_margin_half, RNG.integers(1, 64, N)),
+    "float scouted_share(float a)": (twin.scouted_share, 0.1 * UNIT),
     "float light_deviation(vec4 a)": (twin.light_deviation, MOMENTS),
     "float ray_weight(float a, float b, float c)": (
         twin.ray_weight,
