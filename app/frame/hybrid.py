@@ -36,12 +36,15 @@ def trace_defines(settings: Settings, facts: Facts) -> Defines:
 
 
 def reconstruct_defines(settings: Settings, facts: Facts) -> Defines:
-    """The lens, and whether the pass smooths or just passes on."""
-    return (
-        *lens_defines(settings, facts),
-        ("SPATIAL", int(settings.reconstruct.spatial)),
-        ("RINGS", RECONSTRUCT_RINGS),
-    )
+    """The kernel: its size, and the aperture's shape."""
+    return (*lens_defines(settings, facts), ("RINGS", RECONSTRUCT_RINGS))
+
+
+def smoothed(settings: Settings, facts: Facts) -> Need:
+    """Spatial reconstruction: where there are rays, unless it is switched off."""
+    if not settings.reconstruct.spatial:
+        return Need(False, "reconstruct.spatial is off")
+    return partly_occluded(settings, facts)
 
 
 def scouting(settings: Settings, facts: Facts) -> Need:
@@ -202,17 +205,26 @@ HYBRID = (
         defines=accumulate_defines,
     ),
     Pass(
+        "smoothing",
+        "rays/smoothing.comp",
+        reads=("layer_state", "layer_coc", "layer_moments"),
+        writes=("layer_smoothing",),
+        needed=smoothed,
+        defines=reconstruct_defines,
+    ),
+    Pass(
         "reconstruct",
         "rays/reconstruct.comp",
-        reads=("near_light", "far_light", "layer_state", "layer_coc", "layer_moments"),
+        reads=("near_light", "far_light", "layer_state", "layer_coc", "layer_smoothing"),
         writes=("near_smooth", "far_smooth"),
-        needed=partly_occluded,
+        needed=smoothed,
         defines=reconstruct_defines,
     ),
     Pass(
         "composite",
         "dof/composite.comp",
-        reads=("coc", "post", "post_behind", "far_blur", "mask", "near_smooth", "far_smooth", "layer_state"),
+        reads=("coc", "post", "post_behind", "far_blur", "mask", "near_light", "far_light", "layer_state"),
+        optional=("near_smooth", "far_smooth"),
         writes=("hybrid",),
         needed=partly_occluded,
         defines=lambda s, f: (("RASTER_FOCUS", int(s.blend.raster)),),

@@ -1,7 +1,8 @@
 // Lays the traced near layer over what lies behind it, and leaves everything outside the ray mask to the post-process.
-// Reads: lit (radiance), coc (px), post (radiance; a: specular luminance of its near layer), full resolution;
-//   far_blur (radiance; a: validity), mask (y: weight of rays), near_smooth, far_smooth (premultiplied; a: share of
-//   light), layer_state (z: hit ratio; w: validity), half resolution.
+// Reads: lit (radiance), coc (px), post (radiance; a: specular luminance of its near layer), full resolution; far_blur
+//   (radiance; a: validity), mask (y: weight of rays), near_smooth, far_smooth (premultiplied; a: share of light) or,
+//   without spatial reconstruction, near_light, far_light (likewise), layer_state (z: hit ratio; w: 0 where nothing is
+//   held), half resolution.
 // Writes: hybrid (radiance), full resolution.
 // Method: poster, 2.3. Inside the mask, near + (1 - hit ratio) * behind. Behind is the sharp raster image where that
 // is in focus, so that it keeps full resolution; else the traced far layer, which gives way to the post-process where
@@ -18,8 +19,17 @@ uniform sampler2D in_post;
 uniform sampler2D in_post_behind;
 uniform sampler2D in_far_blur;
 uniform sampler2D in_mask;
+#if HAS_NEAR_SMOOTH && HAS_FAR_SMOOTH
 uniform sampler2D in_near_smooth;
 uniform sampler2D in_far_smooth;
+#define NEAR in_near_smooth
+#define FAR in_far_smooth
+#else
+uniform sampler2D in_near_light;
+uniform sampler2D in_far_light;
+#define NEAR in_near_light
+#define FAR in_far_light
+#endif
 uniform sampler2D in_layer_state;
 layout(rgba16f) uniform writeonly image2D out_hybrid;
 
@@ -39,10 +49,10 @@ Traced traced_at(vec2 half_position) {
         ivec2 step = ivec2(i & 1, i >> 1), texel = clamp(corner + step, ivec2(0), last);
         vec2 bilinear = mix(1.0 - f, f, vec2(step));
         vec4 state = texelFetch(in_layer_state, texel, 0);
-        float w = state.w * bilinear.x * bilinear.y;
+        float w = state.w > 0.0 ? bilinear.x * bilinear.y : 0.0;
         if (w == 0.0) continue;
-        sum.near += w * texelFetch(in_near_smooth, texel, 0);
-        sum.far += w * texelFetch(in_far_smooth, texel, 0);
+        sum.near += w * texelFetch(NEAR, texel, 0);
+        sum.far += w * texelFetch(FAR, texel, 0);
         sum.ratio += w * state.z;
         sum.held += w;
     }
@@ -66,7 +76,8 @@ void main() {
     vec4 post_far = textureLod(in_far_blur, uv, 0.0);
     float open = 1.0 - traced.near.a;
     float filtered = post_far_share(traced.ratio, frame.blend_hit_ratio) * post_far.a;
-    float rasterised = float(RASTER_FOCUS) * raster_share(texelFetch(in_coc, pixel, 0).r, IN_FOCUS_COC_PX, frame.focus_blend);
+    float coc = texelFetch(in_coc, pixel, 0).r;
+    float rasterised = float(RASTER_FOCUS) * raster_share(coc, IN_FOCUS_COC_PX, frame.focus_blend);
     vec3 behind = mix(traced.far.rgb, open * post_far.rgb, filtered);
     behind = mix(behind, open * texelFetch(in_post_behind, pixel, 0).rgb, rasterised);
     float rays = feather * (1.0 - post_near_share(post.a, frame.blend_specular));

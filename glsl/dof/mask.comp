@@ -1,15 +1,15 @@
 // Completes the ray mask: dilates along columns, says how much each pixel is worth in the ray budget, and counts that.
 // Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response; 2^level half-res px a row), mask_reach
-//   (farthest edge to look for, half-res px, per tile), MaskReach (the largest reach, half-res px), motion (px) while something moves; last frame's layer_state (x, y: rays) and
-//   layer_moments (compressed luminance and its square, of the near and the far part); scout (x: share of rays that find
-//   unseen near surfaces, one texel per 8x8 half-res px) if there are scouts.
+//   (farthest edge to look for, half-res px, per tile), MaskReach (the largest reach, half-res px), motion (px) while
+//   something moves; last frame's layer_state (x, y: rays) and layer_moments (compressed luminance and its square, of
+//   the near and the far part); scout (x: share of rays that find unseen near surfaces, one texel per 8x8 half-res px)
+//   if there are scouts.
 // Writes: mask (x: weight in the ray budget in steps of 1/255, 0: no rays; y: weight of rays in the composite, 0..1),
 //   half resolution.
 // Fills: RayHistogram (masked pixels per weight step).
-// Method: dilation as in mask_rows.comp. The weight is the poster's (2.1): the edge response, raised by the deviation of
-// the pixel's rays from the moments accumulated so far (Schied et al. 2017), which few rays estimate with their
-// neighbours' help; a pixel without history gets all it can. Counts are integers, so that they come out the same in any
-// order.
+// Method: dilation as in mask_rows.comp. The weight is the poster's (2.1): the edge response, raised by the deviation
+// of the rays from the moments accumulated so far (Schied et al. 2017), of the pixels around; a pixel without history
+// gets all it can. Counts are integers, so that they come out the same in any order.
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
 
@@ -30,31 +30,27 @@ layout(std430) buffer RayHistogram { uint pixels_of_level[256]; };
 
 shared uint counted[256];
 
-const float FEW_RAYS = 16.0;  // four frames of the default budget, as in Schied et al.: fewer need their neighbours' help
-
-// Deviation per ray of the light at p, from last frame's moments; negative where nothing was traced.
+// Deviation per ray of the light around p, from last frame's moments; negative where nothing was traced. The neighbours
+// tell, not the pixel itself: rays that decided how many follow them would count for less than the others, and with
+// points that avoid each other the mean would be biased.
 float deviation_at(ivec2 p) {
     if (frame.history_valid == 0u) return -1.0;
     ivec2 last = textureSize(prev_layer_state, 0) - 1, from = p;
 #if HAS_MOTION
     from -= ivec2(round(0.5 * texelFetch(in_motion, min(2 * p, ivec2(frame.size_px) - 1), 0).xy));
-    if (any(lessThan(from, ivec2(0))) || any(greaterThan(from, last))) return -1.0;
 #endif
-    vec4 state = texelFetch(prev_layer_state, from, 0), moments = texelFetch(prev_layer_moments, from, 0);
-    float rays = min(state.x, state.y);
-    if (rays == 0.0) return -1.0;
-    if (rays < FEW_RAYS) {
-        moments *= rays;
-        for (int i = 0; i < 25; i++) {
-            ivec2 there = clamp(from + ivec2(i % 5, i / 5) - 2, ivec2(0), last);
-            vec4 other = texelFetch(prev_layer_state, there, 0);
-            float weight = min(other.x, other.y);
-            moments += weight * texelFetch(prev_layer_moments, there, 0);
-            rays += weight;
-        }
-        moments /= rays;
+    if (any(lessThan(from, ivec2(0))) || any(greaterThan(from, last))) return -1.0;
+    if (texelFetch(prev_layer_state, from, 0).w == 0.0) return -1.0;
+    vec4 moments = vec4(0.0);
+    float rays = 0.0;
+    for (int i = 0; i < 9; i++) {
+        ivec2 offset = ivec2(i % 3, i / 3) - 1, there = clamp(from + offset, ivec2(0), last);
+        vec4 state = texelFetch(prev_layer_state, there, 0);
+        float weight = offset == ivec2(0) ? 0.0 : min(state.x, state.y);
+        moments += weight * texelFetch(prev_layer_moments, there, 0);
+        rays += weight;
     }
-    return light_deviation(moments);
+    return rays > 0.0 ? light_deviation(moments / rays) : -1.0;
 }
 
 // What scouts make of a pixel, 0..1: their finds around it under a quadratic B-spline, smooth across tiles.

@@ -1,10 +1,10 @@
-// Lowers the mask's resolution as far as the largest circle of confusion allows: each coarse texel keeps the edges of its
-// square of half-res texels as one.
+// Lowers the mask's resolution as far as the largest circle of confusion allows: each coarse texel keeps the edges of
+// its square of half-res texels as one.
 // Reads: mask_edges (x: response; y: reach, half-res px; half resolution), MaskReach (the largest reach, half-res px).
-// Writes: mask_coarse (x: response; y: reach about the coarse texel's centre, half-res px), in its lower left corner, one
-//   texel per 2^level x 2^level half-res px.
-// Method: poster, section 3: the mask's resolution follows the largest CoC, so that the search for edges stays as long at
-// any blur and any picture size, and what is coarse is always small beside the blur. Reaches grow by the distance to
+// Writes: mask_coarse (x: response; y: reach about the coarse texel's centre, half-res px), in its lower left corner,
+//   one texel per 2^level x 2^level half-res px.
+// Method: poster, section 3: the mask's resolution follows the largest CoC, so that the search for edges stays as long
+// at any blur and any picture size, and what is coarse is always small beside the blur. Reaches grow by the distance to
 // the square's centre: no pixel that an edge reaches is lost.
 #include "lib/mask.glsl"
 

@@ -1,7 +1,7 @@
 // Halves the G-buffer's resolution for the ray mask, once, so that the edge filter reads each block a single time.
 // Reads: normal (world, octahedral; w: 1 on a surface), coc (signed radius, px), full resolution.
-// Writes: mask_guide (xyz: mean normal, w: mean CoC, px), mask_slope (x: most negative CoC, px; yz: what CoC changes per
-//   half-res px along x and y by the surface's own slope), half resolution.
+// Writes: mask_guide (xyz: mean normal, w: mean CoC, px), mask_slope (x: most negative CoC, px; yz: what CoC changes
+//   per half-res px along x and y by the surface's own slope), half resolution.
 // Method: a 2x2 mean, which is also the first step of the poster's Gaussian; the slope by minmod (lib/mask.glsl).
 #include "lib/mask.glsl"
 #include "lib/octahedral.glsl"

@@ -1,6 +1,6 @@
 // Dilates the edges along rows by how far their near blur reaches: the first half of an exact dilation by discs.
-// Reads: mask_coarse (x: response; y: reach, half-res px; 2^level half-res px a texel), mask_reach (farthest edge to look
-//   for, half-res px, per tile), MaskReach (the largest reach, half-res px).
+// Reads: mask_coarse (x: response; y: reach, half-res px; 2^level half-res px a texel), mask_reach (farthest edge to
+//   look for, half-res px, per tile), MaskReach (the largest reach, half-res px).
 // Writes: mask_rows (x: power of the strongest edge of the coarse row, half-res px^2, negative if none reaches; y: its
 //   reach; z: its response), half resolution along the row, one row per coarse row.
 // Method: a disc of radius r about e covers p exactly if its power r^2 - |p - e|^2 >= 0, and the largest power splits

@@ -2,8 +2,8 @@
 // over both.
 // Reads: lit (radiance), coc (px), full resolution; near_blur (premultiplied; a: coverage), far_blur (radiance; a:
 // validity), half_color (a: CoC, px), near_specular (luminance, lit scenes only), half resolution; tiles_dilated (px).
-// Writes: post (radiance; a: specular luminance of the near layer, premultiplied); post_behind (radiance behind the near
-// layer; a: 1 where anything was seen) if the hybrid reads it; full resolution.
+// Writes: post (radiance; a: specular luminance of the near layer, premultiplied); post_behind (radiance behind the
+//   near layer; a: 1 where anything was seen) if the hybrid reads it; full resolution.
 // Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC
 // (joint bilateral upsampling, Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
 #include "shared/frame.glsl"

@@ -7,8 +7,8 @@ float luminance(vec3 rgb) {
     return dot(rgb, vec3(0.2126, 0.7152, 0.0722));
 }
 
-// Luminance brought into 0..1 (Reinhard et al. 2002): what a small bright light adds to the statistics of noise is what a
-// viewer may see of it. The pivot is display white.
+// Luminance brought into 0..1 (Reinhard et al. 2002): what a small bright light adds to the statistics of noise is what
+// a viewer may see of it. The pivot is display white.
 float compressed_luminance(vec3 rgb) {
     float light = luminance(rgb);
     return light / (1.0 + light);

@@ -1,12 +1,12 @@
 // The two layers of traced light and how they are put together. Float64 twins: tests/gpu/hybrid_twin.py.
 
-// CoC radii between which half-res layers take over: a texel is 2 px wide, and from 4 px of radius its own softness adds
-// less than a tenth to the blur (as in dof/layers.glsl).
+// CoC radii between which half-res layers take over: a texel is 2 px wide, and from 4 px of radius its own softness
+// adds less than a tenth to the blur (as in dof/layers.glsl).
 const float HALF_RES_FROM_PX = 2.0;
 const float HALF_RES_FULL_PX = 4.0;
 
-// How far outside the CoCs around a pixel the history's may lie: a pixel of blur is below what shows, and what a mean of
-// few hits misses of a sloping surface grows with the blur.
+// How far outside the CoCs around a pixel the history's may lie: a pixel of blur is below what shows, and what a mean
+// of few hits misses of a sloping surface grows with the blur.
 const float SAME_DEPTH_PX = 1.0;
 const float SAME_DEPTH_SHARE = 0.1;
 
@@ -16,8 +16,8 @@ float near_share(float coc, float in_focus_px, float blend) {
     return smoothstep(0.0, 1.0, (-coc - in_focus_px) / blend);
 }
 
-// Part of what lies behind the near layer that the full-resolution raster path shows better than any half-res layer: all
-// of it in focus and slightly out of it, none once it is blurred or itself in the near layer.
+// Part of what lies behind the near layer that the full-resolution raster path shows better than any half-res layer:
+// all of it in focus and slightly out of it, none once it is blurred or itself in the near layer.
 float raster_share(float coc, float in_focus_px, float blend) {
     float full_res = 1.0 - smoothstep(HALF_RES_FROM_PX, HALF_RES_FULL_PX, abs(coc));
     return full_res * (1.0 - near_share(coc, in_focus_px, blend));
@@ -34,8 +34,8 @@ float post_near_share(float specular, float threshold) {
     return smoothstep(threshold, 2.0 * threshold, specular);
 }
 
-// Whether history of CoC `coc` may belong to a layer whose CoC now lies between circle.x and circle.y [px]; a range that
-// is empty tells nothing.
+// Whether history of CoC `coc` may belong to a layer whose CoC now lies between circle.x and circle.y [px]; a range
+// that is empty tells nothing.
 bool same_depth(float coc, vec2 circle) {
     if (circle.x > circle.y) return true;
     float margin = SAME_DEPTH_PX + SAME_DEPTH_SHARE * max(abs(circle.x), abs(circle.y));

@@ -14,8 +14,8 @@ const float RIM = 0.25;
 const float RAYS_BEGIN_PX = 2.0;
 const float RAYS_END_PX = 4.0;
 
-// What a full edge response is worth beside a deviation of 0..0.5, times the gain: little, so that measured noise decides
-// where it is known, and the response among pixels without any.
+// What a full edge response is worth beside a deviation of 0..0.5, times the gain: little, so that measured noise
+// decides where it is known, and the response among pixels without any.
 const float EDGE_WORTH = 0.1;
 
 // Response 0..1 to a gradient (poster, 2.1: x = (dd + dn) s, then 1 - 1/(x + 1)).

@@ -1,17 +1,19 @@
 // Adds this frame's rays to the near and the far layer, each fetched from where its own surfaces were last frame.
-// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), trace_spread (CoC of
-//   near and far hits, px; mean square of their motion, px^2), trace_moments (compressed luminance and its square, of the
-//   near and the far part), ray_count (x: rays), mask (x: weight in the budget), gradient (change of near and far light,
-//   one texel per 3x3 half-res px) while something moves; last frame's layers.
-// Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near
-//   mean, y: in the far mean; z: hit ratio; w: 1 where the layers hold anything), layer_coc, layer_moments (CoC and
+// Reads: trace_near, trace_far (premultiplied; a: share of rays), trace_motion (px), trace_spread (CoC of near and far
+//   hits, px; mean square of their motion, px^2), trace_moments (compressed luminance and its square, of the near and
+//   the far part), ray_count (x: rays), mask (x: weight in the budget), gradient (change of near and far light, one
+//   texel per 3x3 half-res px) while something moves; last frame's layers.
+// Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near mean,
+//   y: in the far mean; z: hit ratio; w: still frames that they hold, 0: nothing), layer_coc, layer_moments (CoC and
 //   moments, accumulated), near_light, far_light (what the composite lays: premultiplied; a: share), half resolution.
-// Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still camera
-// takes the plain mean. Both layers move by the mean screen motion of their own hits, or of their neighbours' where
-// no ray hit that layer; history that is off screen or lies at another depth is dropped (REJECTION). Motion composes by
-// the accumulated ratio only as far as the latest rays bear it out. History is shortened where stored rays changed their
-// light (Schied et al. 2018) and where one layer's hits move apart. While nothing moves and temporal anti-aliasing averages whole frames (AVERAGED), a frame shows its own rays only: a
-// mean of running means would count the first rays again in every frame.
+// Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still picture
+// takes the plain mean. Both layers move by the mean screen motion of their own hits, or of their neighbours' where no
+// ray hit that layer; history that is off screen or lies at another depth is dropped (REJECTION). Motion composes by
+// the accumulated ratio only as far as the latest rays bear it out. History is shortened where stored rays changed
+// their light (Schied et al. 2018) and where one layer's hits move apart. While nothing moves and temporal
+// anti-aliasing averages whole frames (AVERAGED), a frame shows what brings that average to the mean of all rays: after
+// n frames n times the mean less n - 1 times the one before. A mean of running means would count the first rays again
+// in every frame, and a mean of frames' own means would favour the rays of frames that sent few.
 #include "shared/frame.glsl"
 #include "lib/hit_layers.glsl"
 #include "lib/gradient.glsl"
@@ -150,7 +152,7 @@ void main() {
     if (any(greaterThanEqual(p, imageSize(out_near_layer)))) return;
     Mean near = NOTHING, far = NOTHING;
     vec4 near_light = vec4(0.0), far_light = vec4(0.0);
-    float ratio = 0.0;
+    float ratio = 0.0, frames = 0.0;
     if (texelFetch(in_mask, p, 0).x > 0.0) {
         bool moved = frame.moved != 0u;
         Around around = moved ? look_around(p) : Around(vec4(0.0), vec2(0.0), NO_CIRCLE, 0.0, 0.0);
@@ -171,21 +173,25 @@ void main() {
         vec2 least = vec2(0.0);
         if (moved) {
             vec2 change = change_around(p), drift = REJECTION == 1 ? around.drift : vec2(0.0);
-            float near_coc = near_now.circle / max(near_now.layer.a, 1e-6), far_coc = far_now.circle / max(far_now.layer.a, 1e-6);
-            least.x = stale_weight(frame.history_alpha, change.x, drift.x, near_coc);
-            least.y = stale_weight(frame.history_alpha, change.y, drift.y, far_coc);
+            vec2 coc = vec2(near_now.circle, far_now.circle) / max(vec2(near_now.layer.a, far_now.layer.a), 1e-6);
+            least.x = stale_weight(frame.history_alpha, change.x, drift.x, coc.x);
+            least.y = stale_weight(frame.history_alpha, change.y, drift.y, coc.y);
         }
+        bool fresh = moved || frame.history_valid == 0u || TEMPORAL == 0 || min(near.rays, far.rays) == 0.0;
+        frames = fresh ? 1.0 : texelFetch(prev_layer_state, p, 0).w + 1.0;
+        vec4 near_before = near.layer, far_before = far.layer;
         add(near, near_now, least.x);
         add(far, far_now, least.y);
+        if (min(near.rays, far.rays) == 0.0) frames = 0.0;
         ratio = near.layer.a;  // it moved with the edge; what the far layer had left open did not
         if (moved && REJECTION == 1) ratio = trusted_ratio(ratio, around.ratio, around.rays);
-        bool own_rays = AVERAGED == 1 && !moved && rays > 0.0;
-        near_light = own_rays ? near_now.layer : composed(near.layer, ratio);
-        far_light = own_rays ? far_now.layer : composed(far.layer, 1.0 - ratio);
+        bool averaged = AVERAGED == 1 && frames > 1.0;
+        near_light = averaged ? mix(near_before, near.layer, frames) : composed(near.layer, ratio);
+        far_light = averaged ? mix(far_before, far.layer, frames) : composed(far.layer, 1.0 - ratio);
     }
     imageStore(out_near_layer, p, near.layer);
     imageStore(out_far_layer, p, far.layer);
-    imageStore(out_layer_state, p, vec4(near.rays, far.rays, ratio, float(min(near.rays, far.rays) > 0.0)));
+    imageStore(out_layer_state, p, vec4(near.rays, far.rays, ratio, frames));
     vec2 circle = vec2(near.circle, far.circle) / max(vec2(near.layer.a, far.layer.a), 1e-6);
     imageStore(out_layer_coc, p, vec4(circle, 0.0, 0.0));
     imageStore(out_layer_moments, p, vec4(near.moments, far.moments));

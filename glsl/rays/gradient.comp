@@ -1,8 +1,9 @@
 // Asks whether what the traced layers remember is still true: traces stored lens rays of the last frame again.
-// Reads: trace_motion (px), trace_near, trace_far (a: share of rays), ray_count (x: rays), half resolution; last frame's
-//   probe_hit (world position, m; compressed luminance) and probe_lens (lens point; object; 1 + near share), one texel per
-//   3x3 half-res px; the scene and its ray-tracing tree.
-// Writes: gradient (x: near, y: far; squared relative change 0..1, -1 where no ray tells), one texel per 3x3 half-res px.
+// Reads: trace_motion (px), trace_near, trace_far (a: share of rays), ray_count (x: rays), half resolution; last
+//   frame's probe_hit (world position, m; compressed luminance) and probe_lens (lens point; object; 1 + near share),
+//   one texel per 3x3 half-res px; the scene and its ray-tracing tree.
+// Writes: gradient (x: near, y: far; squared relative change 0..1, -1 where no ray tells), one texel per 3x3 half-res
+//   px.
 // Method: Schied, Peters and Dachsbacher 2018, with lens rays for their surface samples: the stored hit moves with its
 // object, and the ray from the same lens point through it, as the camera is now, must bring the same light. It does
 // unless something came between or the light changed, so a still world under a moving camera has no gradient.

@@ -1,10 +1,10 @@
-// Looks out for near blur that comes from what the raster image does not hold: surfaces beyond the picture's rim, hidden
-// behind others, or so close to the lens that a pinhole misses them. The mask's edges cannot tell of them.
+// Looks out for near blur that comes from what the raster image does not hold: surfaces beyond the picture's rim,
+// hidden behind others, or so close to the lens that a pinhole misses them. The mask's edges cannot tell of them.
 // Reads: depth (m, full resolution), last frame's scout; the scene and its ray-tracing tree.
 // Writes: scout (x: share of lens rays that hit such a surface, y: rays that say so; one texel per 16x16 px).
-// Method: one lens ray a tile and frame, at random, and several in the first frame; a hit in front of focus counts unless
-// the raster image shows that very surface at the hit's place in it. A running mean; while something moves, one that
-// forgets.
+// Method: one lens ray a tile and frame, at random, and several in the first frame; a hit in front of focus counts
+// unless the raster image shows that very surface at the hit's place in it. A running mean; while something moves, one
+// that forgets.
 #include "shared/frame.glsl"
 #include "lib/sampling.glsl"
 #include "lib/mask.glsl"

@@ -1,7 +1,7 @@
 // Finds what a ray hits in the scene.
 // Reads: BvhNodes, TrianglePositions, Triangles (app/bvh/pack.py; positions in m); define BVH_STACK = the tree's depth.
-//   With OBJECTS there is a tree for each moving object, in its own space, and a small one over all of them in the first
-//   nodes (app/bvh/top.py): define TOP_STACK = its depth.
+//   With OBJECTS there is a tree for each moving object, in its own space, and a small one over all of them in the
+//   first nodes (app/bvh/top.py): define TOP_STACK = its depth.
 // Writes: nothing.
 // Method: ordered traversal of a two-child BVH with a stack, Aila and Laine 2009, "Understanding the efficiency of ray
 // traversal on GPUs", section 3: descend until a leaf is found, then test its triangles ("while-while").
@@ -99,9 +99,9 @@ Ray ray_from_world(Object object, Ray ray) {
     return Ray(linear * (ray.origin - object.to_world[3].xyz), linear * ray.direction, ray.t_min);
 }
 
-// A rotation into an object's space moves a ray by up to 16 roundings of its reach: five on each term of the origin, four
-// on each of the direction, times sqrt(3) for the sum of a row. The margin that boxes have for the triangle test, 10
-// roundings, grows to hold both.
+// A rotation into an object's space moves a ray by up to 16 roundings of its reach: five on each term of the origin,
+// four on each of the direction, times sqrt(3) for the sum of a row. The margin that boxes have for the triangle test,
+// 10 roundings, grows to hold both.
 const float TRANSFORM_GROWTH = 4.0;
 
 // Walks the top level as `traverse_tree` does a tree; its leaves are objects, whose trees are walked in turn.

@@ -1,6 +1,6 @@
-// Where moving objects are and were: from the space that an object's vertices are kept in to the world, and back in time.
-// Object 0 is all that stands still. Without OBJECTS nothing moves, and every function here returns what it was given.
-// A vertex's material word holds the object in its upper 8 bits (app/gpu/arrays.py).
+// Where moving objects are and were: from the space that an object's vertices are kept in to the world, and back in
+// time. Object 0 is all that stands still. Without OBJECTS nothing moves, and every function here returns what it was
+// given. A vertex's material word holds the object in its upper 8 bits (app/gpu/arrays.py).
 #include "shared/structs.glsl"
 
 #if OBJECTS
