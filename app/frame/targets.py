@@ -62,7 +62,7 @@ TARGETS: dict[str, Target] = {
         Target("layer_moments", 4, "f4", "trace_moments, accumulated", 2, history=True, filter="nearest", show="scalar"),
         Target("near_light", 4, "f2", "near radiance times its share, as composed this frame; a: the share", 2, filter="nearest"),
         Target("far_light", 4, "f2", "far radiance times its share, as composed this frame; a: the share", 2, filter="nearest"),
-        Target("layer_smoothing", 2, "f2", "part of a layer's light that neighbours may smooth; x: near, y: far", 2, filter="nearest", show="scalar"),
+        Target("layer_smoothing", 4, "f2", "part of a layer's light that neighbours may smooth; x: near, y: far; zw: how far either is gathered, half-res px", 2, filter="nearest", show="scalar"),
         Target("near_smooth", 4, "f2", "near_light after spatial reconstruction", 2, filter="nearest"),
         Target("far_smooth", 4, "f2", "far_light after spatial reconstruction", 2, filter="nearest"),
         Target("hybrid", 4, "f2", "the hybrid picture, radiance"),

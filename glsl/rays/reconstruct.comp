@@ -19,21 +19,25 @@ layout(rgba16f) uniform writeonly image2D out_far_smooth;
 
 const float FEWEST_SHARE = 1e-4;  // below any hit of one ray in thousands: no light to tell a layer's colour from
 
-// Lets the layers of the pixel exchange light with its neighbours.
+// Lets the layers of the pixel exchange light with its neighbours. A pixel of a wide kernel has its taps farther apart
+// and meets each neighbour more rarely: one of a narrow kernel waits for it.
 void exchange(ivec2 p, vec4 state, inout vec4 near, inout vec4 far) {
-    vec2 coc = layer_coc(p), radius = layer_radius(coc), share = texelFetch(in_layer_smoothing, p, 0).xy;
-    float reach = max(radius.x, radius.y);
+    vec4 own = texelFetch(in_layer_smoothing, p, 0);
+    vec2 coc = texelFetch(in_layer_coc, p, 0).xy;
+    float reach = max(own.z, own.w);
     int rings = ring_count(reach, RINGS), taps = kernel_taps(rings);
     vec4 near_sum = vec4(0.0), far_sum = vec4(0.0);
     ivec2 last = textureSize(in_layer_state, 0) - 1;
     for (int i = 1; i < taps; i++) {
-        ivec2 offset = tap_offset(i, rings, reach), texel = clamp(p + offset, ivec2(0), last);
-        vec4 other = texelFetch(in_layer_state, texel, 0);
-        if (other.w == 0.0) continue;
-        float distance = 2.0 * length(vec2(offset));
-        vec2 weight = tap_weight(other, texelFetch(in_layer_coc, texel, 0).xy, distance, radius);
-        weight = min(weight, tap_weight(state, coc, distance, radius));
-        weight *= min(share, texelFetch(in_layer_smoothing, texel, 0).xy);
+        ivec2 offset = tap_offset(i, rings, reach), texel = p + offset;
+        if (offset == ivec2(0) || texel != clamp(texel, ivec2(0), last)) continue;
+        vec4 there = texelFetch(in_layer_state, texel, 0), other = texelFetch(in_layer_smoothing, texel, 0);
+        if (there.w == 0.0) continue;
+        float distance = 2.0 * length(vec2(offset)), rarity = reach / max(reach, max(other.z, other.w));
+        vec2 radius = min(own.zw, other.zw);
+        vec2 weight = min(tap_weight(there, texelFetch(in_layer_coc, texel, 0).xy, distance, radius),
+                          tap_weight(state, coc, distance, radius));
+        weight *= rarity * rarity * min(own.xy, other.xy);
         near_sum += weight.x * (texelFetch(in_near_light, texel, 0) - near);
         far_sum += weight.y * (texelFetch(in_far_light, texel, 0) - far);
     }

@@ -1,14 +1,15 @@
 // Says how much of each traced layer is noise, and so how much of it its neighbours may smooth away.
 // Reads: layer_state (x, y: rays; z: hit ratio; w: 0 where nothing is held), layer_coc (px; near, far), layer_moments
 //   (compressed luminance and its square, of the near and the far part), half resolution.
-// Writes: layer_smoothing (x: of the near, y: of the far layer, 0..1), half resolution.
+// Writes: layer_smoothing (x: of the near, y: of the far layer, 0..1; zw: how far either is gathered, half-res px),
+//   half resolution.
 // Method: poster, 2.2, "weighted based on clamped variance estimates", as a local Wiener filter (Lee 1980): the
 // accumulated variance, pooled over the kernel, is what the neighbours' means differ by without differing in truth.
 #include "rays/neighbours.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_layer_moments;
-layout(rg16f) uniform writeonly image2D out_layer_smoothing;
+layout(rgba16f) uniform writeonly image2D out_layer_smoothing;
 
 // Sums over the kernel.
 struct Statistics {
@@ -62,10 +63,11 @@ void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, imageSize(out_layer_smoothing)))) return;
     vec4 state = texelFetch(in_layer_state, p, 0);
-    vec2 share = vec2(0.0);
+    vec2 share = vec2(0.0), radius = vec2(0.0);
     if (state.w > 0.0) {
-        Statistics sum = gather(p, layer_radius(layer_coc(p)));
+        radius = layer_radius(layer_coc(p));
+        Statistics sum = gather(p, radius);
         share = smoothing(sum, rays_of(state), variance_of(texelFetch(in_layer_moments, p, 0), state.z));
     }
-    imageStore(out_layer_smoothing, p, vec4(share, 0.0, 0.0));
+    imageStore(out_layer_smoothing, p, vec4(share, radius));
 }

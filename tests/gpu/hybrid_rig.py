@@ -30,6 +30,7 @@ class HybridRig:
         self.targets, self.programs = Targets(ctx, size), Programs(ctx)
         self._ctx, self._size = ctx, size
         self._block = ctx.buffer(reserve=FRAME.itemsize)
+        self._given: set[str] = set()
 
     def __enter__(self) -> HybridRig:
         return self
@@ -41,6 +42,7 @@ class HybridRig:
 
     def give(self, previous: bool = False, **arrays: np.ndarray) -> None:
         """Fill targets (or, with `previous`, last frame's values) by name."""
+        self._given |= arrays.keys()
         for name, array in arrays.items():
             texture = self.targets.texture(name, previous)
             wanted = (texture.height, texture.width, texture.components)
@@ -54,6 +56,7 @@ class HybridRig:
             self.targets.begin_buffer(name)
         for name in names:
             self._run(PASSES[name])
+            self._given |= {*PASSES[name].writes}
             self._ctx.memory_barrier()
 
     def swap(self) -> None:
@@ -93,8 +96,10 @@ class HybridRig:
 
     def _run(self, step: Pass) -> None:
         facts = Facts(near_coc_px=50.0, far_coc_px=50.0)
-        reads = tuple(split_read(r) for r in step.reads)
-        call = Call(step, reads, step.writes, step.defines(self.settings, facts), "")
+        present = tuple(r for r in step.optional if split_read(r)[1] in self._given)
+        reads = tuple(split_read(r) for r in (*step.reads, *present))
+        has = tuple((f"HAS_{split_read(r)[0].upper()}", int(r in present)) for r in step.optional)
+        call = Call(step, reads, step.writes, (*step.defines(self.settings, facts), *has), "")
         compiled = self.programs.get(step.shader, call.defines)
         check_names(call, compiled)
         textures = {f"in_{name}": self.targets.texture(target) for name, target in reads}

@@ -59,12 +59,12 @@ def expected_ratio() -> np.ndarray:
 def test_hit_ratio_beside_a_straight_edge_is_a_circular_segment(ctx: moderngl.Context, half_plane: GpuScene) -> None:
     renderer = drawn(ctx, half_plane, "hybrid", settings(), [CAMERA] * FRAMES)
     ratio, mask = renderer.read("layer_state")[..., 2], renderer.read("mask")[..., 0] > 0.0
-    rays = renderer.read("layer_state")[..., 0]
+    rays = renderer.read("ray_count")[..., 0]
     renderer.release()
     columns = mask.all(0)
     reached = np.abs(np.arange(SIZE[0] // 2) + 0.5 - SIZE[0] / 4) <= edge_radius_px() / 2
     assert columns[reached].all()
-    assert rays[:, columns].mean() == pytest.approx(4.0 * FRAMES, rel=0.02)
+    assert rays[mask].mean() == pytest.approx(4.0, rel=0.02)
     error = ratio[:, columns] - expected_ratio()[columns]
     # Independent rays would scatter by sqrt(r (1 - r) / n) <= 0.0625; stratified ones by less; 48 rows by less still.
     assert np.sqrt((error**2).mean()) < 0.5 / np.sqrt(4.0 * FRAMES)
