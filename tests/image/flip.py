@@ -13,6 +13,11 @@ def shown(linear: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(srgb_encode(np.clip(linear, 0.0, 1.0)), np.float32)
 
 
+def displayed(linear: np.ndarray) -> np.ndarray:
+    """The picture (h, w, 3) uint8 that the default settings display of linear light."""
+    return np.rint(255.0 * shown(linear)).astype(np.uint8)
+
+
 def flip_map(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """FLIP, 0 to 1, at each pixel (h, w) of two linear pictures (h, w, 3), at the metric's default of 67 pixels per
     degree.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -22,9 +21,9 @@ from .markdown import number, ratio, table
 from .options import check_outputs, chosen, parser, report
 from .paths import checked, moments
 from .references import Reference, reference
-from .scores import BOTH_SIDES_MEANS, Error, error, mean_error, median_ms, timed
+from .scores import BOTH_SIDES_MEANS, WARM_UP, Error, error, mean_error, median_ms, timed
 from .stage import Stage
-from .steadiness import TRAIL_FRAME, WATCHED, Settling, flicker, settling
+from .steadiness import AGE, TRAIL_FRAME, WATCHED, Settling, flicker, settling
 from .subjects import IN_MOTION, Subject
 
 SPP = 256  # of an instant's reference: half the noise of 64, and affordable at every tenth frame
@@ -65,11 +64,10 @@ def instants(
     path: list[Moment],
     judged: list[int],
     spp: int,
-    folder: Path | None = None,
 ) -> dict[int, Reference]:
     """The reference of each judged frame."""
     scene = subject.digest()
-    return {k: reference(ctx, stage, scene, size, spp, path[k], folder) for k in judged}
+    return {k: reference(ctx, stage, scene, size, spp, path[k]) for k in judged}
 
 
 def along(
@@ -109,13 +107,12 @@ def measured(
     path_frames: int,
     every: int,
     spp: int,
-    folder: Path | None = None,
 ) -> Motion:
-    """One view of one subject; references are kept in `folder`."""
+    """One view of one subject."""
     stage = subject.opened(ctx)
     path = moments(subject, stage, path_frames)
-    truths = instants(ctx, subject, stage, size, path, checked(path_frames, every), spp, folder)
-    along(ctx, stage, view, size, path[:2], {})  # a moving view's programs are compiled before it is timed
+    truths = instants(ctx, subject, stage, size, path, checked(path_frames, every), spp)
+    along(ctx, stage, view, size, path[:WARM_UP], {})  # a moving view's programs are compiled before it is timed
     return Motion(
         subject.name,
         view,
@@ -157,12 +154,12 @@ def described(
 ) -> str:
     """The tables, and what one must know to read them."""
     about = (
-        f"{path_frames} frames in motion at {size[0]}x{size[1]}; mean FLIP against {spp} rasterised lens points, moving "
-        f"and after {frames} frames of standing still at the same instants; on {device}. {BOTH_SIDES_MEANS} Settles: "
-        "frames after the stop until 99 % of the pixels are as close to the converged picture as 2/255 or as two seeds "
-        f"after {WATCHED} frames are to each other; afresh: the same view that never moved. Trail: pixels more than "
-        f"2/255 off {TRAIL_FRAME} frames after the stop. Flicker: deviation over time of a still view, 99th percentile, "
-        "in 1/255."
+        f"{path_frames} frames in motion at {size[0]}x{size[1]}; mean FLIP against {spp} rasterised lens points, "
+        f"moving and after {frames} frames of standing still at the same instants; median wall-clock milliseconds of a "
+        f"moving frame; on {device}. {BOTH_SIDES_MEANS} Settles: frames after the stop until 99 % of the pixels are "
+        f"within 2/255 of the converged picture, or as near to it as the view drawn afresh gets in {AGE} frames; "
+        f"afresh: the same view that never moved. Trail: pixels more than 2/255 off, {TRAIL_FRAME} frames after the "
+        "stop. Flicker: deviation over time of a still view, 99th percentile, in 1/255."
     )
     over_time = (
         f"* {m.subject}, {m.view}, by frame: "

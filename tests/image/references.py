@@ -92,16 +92,15 @@ def reference(
     size: tuple[int, int],
     spp: int,
     moment: Moment | None = None,
-    folder: Path | None = None,
 ) -> Reference:
-    """The view of a stage at a moment (default: its camera, time 0), read from `folder` or drawn and kept there.
+    """The view of a stage at a moment (default: its camera, time 0), read from FOLDER or drawn and kept there.
 
     `scene` is a digest of the scene; `spp` is even.
     """
-    moment, folder = moment or Moment(stage.camera, 0.0), folder or FOLDER
-    path = folder / f"{key(device_name(ctx), scene, size, spp, moment, stage.settings)}.npy"
+    moment = moment or Moment(stage.camera, 0.0)
+    path = FOLDER / f"{key(device_name(ctx), scene, size, spp, moment, stage.settings)}.npy"
     if not path.exists():
-        folder.mkdir(parents=True, exist_ok=True)
+        FOLDER.mkdir(parents=True, exist_ok=True)
         halves = drawn(stage, size, spp, moment)
         write_atomically(path, lambda temporary: np.save(temporary, halves))
     return Reference(np.load(path))

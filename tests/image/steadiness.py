@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -17,22 +18,25 @@ from .stage import Stage
 
 LEVELS = 2.0  # of 255: a difference that nobody sees
 QUANTILE = 0.99  # of the pixels
-WATCHED = 16  # frames after the stop
-CONVERGED = 64  # frames of the picture to settle on; a quarter of the noise of the first WATCHED at most ...
+AGE = 16  # frames after which a view that never moved counts as settled
+WATCHED = 2 * AGE  # frames after the stop
+CONVERGED = 4 * AGE  # frames of the picture that all settle on: its own noise is half of a settled view's
 TRAIL_FRAME = 3  # at which the share of pixels that trail is counted
 STEADY_AFTER, FLICKER_FRAMES = 32, 16
-SEEDS = (0, 1, 2)  # of the moving and the fresh view; of the noise; of the picture to settle on
+SEED, OTHER_SEED = 0, 1  # of what is watched, and of what it settles on: they must not share their noise
 
 Moments = list[Moment]
 
 
 @dataclass(frozen=True)
 class Settling:
-    """How a picture comes to rest, beside the same view drawn afresh: what that takes is noise, the rest is trails."""
+    """How a picture comes to rest, beside the same view drawn afresh: what that takes is noise, more than that is
+    trails.
+    """
 
-    allowed: float  # levels: LEVELS, or what two seeds differ by after WATCHED frames at QUANTILE, if more
-    frames: int | None  # after the stop until QUANTILE of the pixels differ by less, for good; None: not while watched
-    fresh_frames: int | None  # the same for the fresh view
+    allowed: float  # levels: LEVELS, or what QUANTILE of the fresh view's pixels are within after AGE frames, if more
+    frames: int | None  # after the stop until that share of the pixels is within it for good; None: not while watched
+    fresh_frames: int  # the same of the fresh view, AGE at most
     trail: float  # share of pixels off by more than LEVELS in frame TRAIL_FRAME after the stop
     fresh_trail: float  # the same of the fresh view in its frame TRAIL_FRAME
 
@@ -41,19 +45,16 @@ def settling(
     stage: Stage, view: str, size: tuple[int, int], path: Moments, settings: Settings | None = None
 ) -> Settling:
     """What happens when the motion stops at the last moment of `path`."""
-    rest = [path[-1]]
-
-    def drawn(moments: Moments, seed: int) -> Iterator[np.ndarray]:
-        return pictures(stage, view, size, moments, seed, settings)
-
-    *_, settled = drawn(rest * CONVERGED, SEEDS[2])
-    fresh = [levels(picture, settled) for picture in drawn(rest * WATCHED, SEEDS[0])]
-    *_, one = drawn(rest * WATCHED, SEEDS[0])
-    *_, other = drawn(rest * WATCHED, SEEDS[1])
-    moved = [levels(picture, settled) for picture in drawn(path + rest * WATCHED, SEEDS[0])][len(path) :]
-    allowed = max(LEVELS, float(np.quantile(levels(one, other), QUANTILE)))
+    rest = path[-1:]
+    *_, converged = pictures(stage, view, size, rest * CONVERGED, OTHER_SEED, settings)
+    fresh = [levels(p, converged) for p in pictures(stage, view, size, rest * AGE, SEED, settings)]
+    drawn = pictures(stage, view, size, path + rest * WATCHED, SEED, settings)
+    moved = [levels(p, converged) for p in islice(drawn, len(path), None)]
+    allowed = max(LEVELS, float(np.quantile(fresh[-1], QUANTILE)))
     trail, fresh_trail = (float((series[TRAIL_FRAME - 1] > LEVELS).mean()) for series in (moved, fresh))
-    return Settling(allowed, settled_after(moved, allowed), settled_after(fresh, allowed), trail, fresh_trail)
+    fresh_frames = settled_after(fresh, allowed)
+    assert fresh_frames is not None
+    return Settling(allowed, settled_after(moved, allowed), fresh_frames, trail, fresh_trail)
 
 
 def settled_after(differences: list[np.ndarray], allowed: float) -> int | None:
@@ -67,8 +68,8 @@ def flicker(stage: Stage, view: str, size: tuple[int, int], still: Moment, setti
     """Standard deviation over FLICKER_FRAMES frames of a view that has stood still, at QUANTILE of the pixels, in
     levels.
     """
-    drawn = pictures(stage, view, size, [still] * (STEADY_AFTER + FLICKER_FRAMES), 0, settings)
-    series = np.stack(list(drawn)[STEADY_AFTER:]).astype(np.float64)
+    drawn = pictures(stage, view, size, [still] * (STEADY_AFTER + FLICKER_FRAMES), SEED, settings)
+    series = np.stack(list(islice(drawn, STEADY_AFTER, None))).astype(np.float64)
     return float(np.quantile(series.std(0).max(-1), QUANTILE))
 
 

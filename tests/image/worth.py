@@ -48,20 +48,13 @@ def views(settings: Settings) -> Iterator[tuple[str, str, Settings]]:
     for view in ("sharp", "post", "hybrid"):
         yield view, view, settings
     for samples in TRACED_SAMPLES:
-        yield f"traced, {samples} a frame", "traced", put(settings, "rays.samples_per_frame", samples)
+        yield f"traced {samples}", "traced", put(settings, "rays.samples_per_frame", samples)
 
 
-def measured(
-    ctx: moderngl.Context,
-    subject: Subject,
-    size: tuple[int, int],
-    frames: int,
-    spp: int,
-    folder: Path | None = None,
-) -> Result:
-    """One subject in every view; references are kept in `folder`."""
+def measured(ctx: moderngl.Context, subject: Subject, size: tuple[int, int], frames: int, spp: int) -> Result:
+    """One subject in every view."""
     stage = subject.opened(ctx)
-    truth = reference(ctx, stage, subject.digest(), size, spp, folder=folder)
+    truth = reference(ctx, stage, subject.digest(), size, spp)
     compared = views(stage.settings)
     scores = {label: scored(ctx, stage, view, size, frames, truth, used) for label, view, used in compared}
     return Result(subject.name, truth.noise, float(truth.both_sides.mean()), scores)
@@ -91,7 +84,8 @@ def described(results: list[Result], device: str, size: tuple[int, int], frames:
     """The table, and what one must know to read it."""
     about = (
         f"Mean FLIP after {frames} frames at {size[0]}x{size[1]} against {spp} rasterised lens points; median "
-        f"wall-clock milliseconds of a frame after glFinish, on {device}. {BOTH_SIDES_MEANS}"
+        f"wall-clock milliseconds of a frame after glFinish, on {device}. {BOTH_SIDES_MEANS} "
+        "Traced: with so many new lens samples a frame."
     )
     notes = (
         f"* {r.subject}: {r.both_sides:.1%} of the pixels see both sides; noise of the reference: FLIP {r.noise:.4f}"

@@ -44,8 +44,9 @@ def plot(panels: Mapping[str, Sequence[Point]], device: str, path: Path) -> None
         for point in points:
             axes.scatter(point.ms, point.flip, color="tab:blue" if point in front else "tab:gray", zorder=2)
             axes.annotate(point.label, (point.ms, point.flip), (4, 4), textcoords="offset points", fontsize=8)
-        axes.set(xscale="log", ylim=(0, None), title=subject, xlabel="ms per frame", ylabel="mean FLIP")
+        axes.set(xscale="log", title=subject, xlabel="ms per frame", ylabel="mean FLIP")
         axes.margins(x=0.2, y=0.1)
+        axes.set_ylim(bottom=0.0)
         axes.xaxis.set_major_formatter(ScalarFormatter())
         axes.xaxis.set_minor_formatter(NullFormatter())
     figure.suptitle(device, fontsize=8)
