@@ -9,8 +9,9 @@ from app.camera import Camera, Moment
 from .stage import Stage
 from .subjects import Subject
 
-LAP = 60  # frames until a flying camera is back
-STEP = 0.01  # of the focus distance, its longest way in one frame: 2 cm at 2 m, a person's walk
+LAP = 32  # frames until a flying camera is back: it keeps what blurs in front of it in view, and every tenth frame
+# finds it at another place, never at rest
+STEP = 0.01  # of the focus distance, its longest way in one frame: 2 cm at 2 m, a slow walk
 TURN = math.radians(2.0)  # how far it looks away to either side
 FPS = 25.0  # frames per second of the scene's own motion
 
