@@ -16,15 +16,10 @@ import numpy as np
 from app.gpu.context import device_name, headless_context
 
 from .flip import flip_of_noise, mean_flip
+from .options import size
 from .stage import Stage, opened
 
 VIEWS = ("traced", "reference")
-
-
-def size(text: str) -> tuple[int, int]:
-    """(width, height) of "640x360"."""
-    width, height = map(int, text.split("x"))
-    return width, height
 
 
 def halves(stage: Stage, view: str, picture_size: tuple[int, int], spp: int) -> tuple[np.ndarray, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -12,7 +12,7 @@ import numpy as np
 
 from app.bvh.build import build_bvh
 from app.bvh.top import scene_tree
-from app.camera import Camera, read_viewpoint
+from app.camera import Camera, Moment, read_viewpoint
 from app.frame.pipeline import CONVERGING
 from app.gpu.scene import GpuScene
 from app.gpu.timing import WALL_CLOCK
@@ -46,16 +46,34 @@ class Stage:
         time_s: float = 0.0,
     ) -> Renderer:
         """The renderer after a fresh start and `frames` frames of a view, or `spp` lens samples of a converging one."""
+        batch = min(spp, BATCH) if view == "traced" else 1
+        assert spp % batch == 0
+        used = put(settings or self.settings, "rays.samples_per_frame", batch)
+        still = [Moment(camera or self.camera, time_s)] * (spp // batch if view in CONVERGING else frames)
+        for _ in self.frames(view, size, still, seed=seed, settings=used):
+            pass
+        return self.renderer
+
+    def frames(
+        self,
+        view: str,
+        size: tuple[int, int],
+        moments: Iterable[Moment],
+        *,
+        seed: int = 0,
+        settings: Settings | None = None,
+    ) -> Iterator[Renderer]:
+        """The renderer after a fresh start and each frame of a view, one a moment, drawn when it is asked for.
+
+        Finish one sequence before the next begins: all that is drawn of a scene shares its renderer.
+        """
         renderer = self.renderer
         renderer.resize(size)
         renderer.reset()
         renderer.seed = seed
-        batch = min(spp, BATCH) if view == "traced" else 1
-        assert spp % batch == 0
-        used = put(settings or self.settings, "rays.samples_per_frame", batch)
-        for _ in range(spp // batch if view in CONVERGING else frames):
-            renderer.draw(view, camera or self.camera, used, time_s=time_s)
-        return renderer
+        for moment in moments:
+            renderer.draw(view, moment.camera, settings or self.settings, time_s=moment.time_s)
+            yield renderer
 
     def linear(self, view: str, size: tuple[int, int], **options: object) -> np.ndarray:
         """Linear radiance (h, w, 3) float64, top row first."""
@@ -76,16 +94,20 @@ def stage_of(ctx: moderngl.Context, scene: Scene, camera: Camera, **settings: ob
 @cache
 def opened(ctx: moderngl.Context, name: str, camera_file: Path | None = None, unlit: bool = False) -> Stage:
     """A built-in scene or a file, seen by a camera file or by the scene's own first camera."""
-    scene, gpu = load_gpu_scene(ctx, name)
-    viewpoint = (
-        read_viewpoint(camera_file)
-        if camera_file
-        else viewpoints(scene, (np.array(gpu.facts.low), np.array(gpu.facts.high)))[0]
-    )
+    scene, renderer = loaded(ctx, name)
+    low, high = (np.array(corner) for corner in (renderer.scene.facts.low, renderer.scene.facts.high))
+    viewpoint = read_viewpoint(camera_file) if camera_file else viewpoints(scene, (low, high))[0]
     settings = with_settings(
         Settings(), {"shading__mode": "unlit", "shading__background": [0.5, 0.6, 0.7]} if unlit else {}
     )
-    return Stage(untimed(ctx, gpu), viewpoint.camera, focused(settings, viewpoint))
+    return Stage(renderer, viewpoint.camera, focused(settings, viewpoint))
+
+
+@cache
+def loaded(ctx: moderngl.Context, name: str) -> tuple[Scene, Renderer]:
+    """A built-in scene or a file, and its one renderer: views of it from several cameras share its programs."""
+    scene, gpu = load_gpu_scene(ctx, name)
+    return scene, untimed(ctx, gpu)
 
 
 def untimed(ctx: moderngl.Context, gpu: GpuScene) -> Renderer:
