@@ -120,7 +120,7 @@ class Rays:
         off=0.05,
     )
     history: float = knob(
-        0.05,
+        0.4,
         0.005,
         1.0,
         doc="Smallest weight of the newest rays in both layers while something moves.",

@@ -33,6 +33,7 @@ def resolve_pass(color: str) -> Pass:
         optional=("motion",),
         history=("resolved",),
         writes=("resolved",),
+        defines=lambda s, f: (("LAYERED", int(color == "hybrid")),),
     )
 
 

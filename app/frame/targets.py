@@ -65,7 +65,7 @@ TARGETS: dict[str, Target] = {
         Target("layer_smoothing", 4, "f2", "part of a layer's light that neighbours may smooth; x: near, y: far; zw: how far either is gathered, half-res px", 2, filter="nearest", show="scalar"),
         Target("near_smooth", 4, "f2", "near_light after spatial reconstruction", 2, filter="nearest"),
         Target("far_smooth", 4, "f2", "far_light after spatial reconstruction", 2, filter="nearest"),
-        Target("hybrid", 4, "f2", "the hybrid picture, radiance"),
+        Target("hybrid", 4, "f2", "the hybrid picture, radiance; a: share of the traced near layer"),
         # ray-traced view and raster reference
         Target("traced", 4, "f4", "mean radiance over lens samples; a: number of samples", filter="nearest"),
         Target("traced_error", 4, "f4", "what rounding has so far withheld from the mean (Kahan); a: lens samples tried", filter="nearest", show="signed", range=(-1e-6, 1e-6)),

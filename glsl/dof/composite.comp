@@ -3,7 +3,8 @@
 //   (radiance; a: validity), mask (y: weight of rays), near_smooth, far_smooth (premultiplied; a: share of light) or,
 //   without spatial reconstruction, near_light, far_light (likewise), layer_state (z: hit ratio; w: 0 where nothing is
 //   held), half resolution.
-// Writes: hybrid (radiance), full resolution.
+// Writes: hybrid (radiance; a: share of the traced near layer, which moves otherwise than the surface behind it), full
+//   resolution.
 // Method: poster, 2.3. Inside the mask, near + (1 - hit ratio) * behind. Behind is the sharp raster image where that
 // is in focus, so that it keeps full resolution; else the traced far layer, which gives way to the post-process where
 // almost all rays hit near. Bright specular bokeh of near surfaces stays the post-process'. The mask's feather hides
@@ -69,7 +70,7 @@ void main() {
     Traced traced = Traced(vec4(0.0), vec4(0.0), 0.0, 0.0);
     if (feather > 0.0) traced = traced_at(half_position);
     if (traced.held == 0.0) {
-        imageStore(out_hybrid, pixel, vec4(post.rgb, 1.0));
+        imageStore(out_hybrid, pixel, vec4(post.rgb, 0.0));
         return;
     }
     // Weights come from accumulated values only: the picture is linear in this frame's rays, and its mean unbiased.
@@ -81,5 +82,6 @@ void main() {
     vec3 behind = mix(traced.far.rgb, open * post_far.rgb, filtered);
     behind = mix(behind, open * texelFetch(in_post_behind, pixel, 0).rgb, rasterised);
     float rays = feather * (1.0 - post_near_share(post.a, frame.blend_specular));
-    imageStore(out_hybrid, pixel, vec4(mix(post.rgb, traced.near.rgb + behind, rays), 1.0));
+    vec3 color = mix(post.rgb, traced.near.rgb + behind, rays);
+    imageStore(out_hybrid, pixel, vec4(color, rays * clamp(traced.near.a, 0.0, 1.0)));
 }

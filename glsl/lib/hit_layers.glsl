@@ -34,12 +34,11 @@ float post_near_share(float specular, float threshold) {
     return smoothstep(threshold, 2.0 * threshold, specular);
 }
 
-// Whether history of CoC `coc` may belong to a layer whose CoC now lies between circle.x and circle.y [px]; a range
-// that is empty tells nothing.
+// Whether history of CoC `coc` may belong to a layer whose CoC now lies between circle.x and circle.y [px]. None may
+// where no ray hit the layer, and the range is empty: it would be a ghost.
 bool same_depth(float coc, vec2 circle) {
-    if (circle.x > circle.y) return true;
     float margin = SAME_DEPTH_PX + SAME_DEPTH_SHARE * max(abs(circle.x), abs(circle.y));
-    return coc >= circle.x - margin && coc <= circle.y + margin;
+    return circle.x <= circle.y && coc >= circle.x - margin && coc <= circle.y + margin;
 }
 
 // Weight of `rays` new samples against a mean of `before`, never below `floor_weight`.

@@ -1,6 +1,6 @@
 // Averages a view's picture over frames: everything while nothing moves, else what can be followed.
-// Reads (full resolution): color (linear radiance, aliased, jittered), motion (px) while something moves, last frame's
-//   resolved (linear radiance; a: frames averaged so far).
+// Reads (full resolution): color (linear radiance, aliased, jittered; LAYERED a: share of a near layer), motion (px)
+//   while something moves, last frame's resolved (linear radiance; a: frames averaged so far).
 // Writes (full resolution): resolved (the same).
 // Method: temporal anti-aliasing (Yang, Liu and Salvi 2020, sections 3 and 4): running mean; history fetched along
 // motion with Catmull-Rom weights, since bilinear fetches blur a little more every frame, and clipped to the
@@ -17,6 +17,7 @@ uniform sampler2D in_motion;
 #endif
 layout(rgba32f) writeonly uniform image2D out_resolved;
 
+const float LAYERED_FRAMES = 1.0;   // earlier frames that count where a near layer lies over the surface that moves
 const float CLIP_DEVIATIONS = 1.25;  // Salvi's gamma: 1 flickers on thin detail, 2 lets ghosts through
 
 vec3 color_at(ivec2 pixel) {
@@ -75,7 +76,12 @@ void main() {
         history = history_at(before);
         history.rgb = clipped_to_neighbourhood(history.rgb, pixel);
         // What was reprojected counts for no more frames than keep the newest one's weight at taa_alpha.
-        history.a = min(history.a, 1.0 / frame.taa_alpha - 1.0);
+        float most = 1.0 / frame.taa_alpha - 1.0;
+#if LAYERED
+        // The traced near layer has had its own history, along its own motion: here it would only leave a trail.
+        most = mix(most, LAYERED_FRAMES, clamp(texelFetch(in_color, pixel, 0).a, 0.0, 1.0));
+#endif
+        history.a = min(history.a, most);
     }
 #endif
     float frames = known && is_usable(history.rgb) ? history.a : 0.0;

@@ -60,7 +60,7 @@ struct Around {
     float rays;   // ... from this many rays
 };
 
-const vec4 NO_CIRCLE = vec4(1e30, -1e30, 1e30, -1e30);
+const vec4 ANY_CIRCLE = vec4(-1e30, 1e30, -1e30, 1e30), NO_CIRCLE = -ANY_CIRCLE;
 
 // Last frame's mean at a continuous half-res position: bilinear among the texels that hold one, nothing off screen.
 // `field`: 0 near, 1 far; `circle`: the CoC that the layer has around here now, px, smallest and largest.
@@ -155,11 +155,12 @@ void main() {
     float ratio = 0.0, frames = 0.0;
     if (texelFetch(in_mask, p, 0).x > 0.0) {
         bool moved = frame.moved != 0u;
-        Around around = moved ? look_around(p) : Around(vec4(0.0), vec2(0.0), NO_CIRCLE, 0.0, 0.0);
+        Around around = moved ? look_around(p) : Around(vec4(0.0), vec2(0.0), ANY_CIRCLE, 0.0, 0.0);
         if (MOTION == 0) around.motion = vec4(0.0);
+        vec4 trusted = REJECTION == 1 ? around.circle : ANY_CIRCLE;
         if (TEMPORAL == 1 && frame.history_valid != 0u) {
-            near = earlier(prev_near_layer, 0, vec2(p) + 0.5 - 0.5 * around.motion.xy, around.circle.xy);
-            far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw, around.circle.zw);
+            near = earlier(prev_near_layer, 0, vec2(p) + 0.5 - 0.5 * around.motion.xy, trusted.xy);
+            far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw, trusted.zw);
         }
         float rays = texelFetch(in_ray_count, p, 0).x;
         Mean near_now = NOTHING, far_now = NOTHING;
@@ -173,9 +174,10 @@ void main() {
         vec2 least = vec2(0.0);
         if (moved) {
             vec2 change = change_around(p), drift = REJECTION == 1 ? around.drift : vec2(0.0);
-            vec2 coc = vec2(near_now.circle, far_now.circle) / max(vec2(near_now.layer.a, far_now.layer.a), 1e-6);
-            least.x = stale_weight(frame.history_alpha, change.x, drift.x, coc.x);
-            least.y = stale_weight(frame.history_alpha, change.y, drift.y, coc.y);
+            // The blur around, not the pixel's own: whether its few rays hit a layer must not decide what counts.
+            vec4 circle = around.circle;
+            least.x = stale_weight(frame.history_alpha, change.x, drift.x, 0.5 * (circle.x + circle.y));
+            least.y = stale_weight(frame.history_alpha, change.y, drift.y, 0.5 * (circle.z + circle.w));
         }
         bool fresh = moved || frame.history_valid == 0u || TEMPORAL == 0 || min(near.rays, far.rays) == 0.0;
         frames = fresh ? 1.0 : texelFetch(prev_layer_state, p, 0).w + 1.0;

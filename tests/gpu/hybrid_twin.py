@@ -121,7 +121,7 @@ def same_depth(coc: ArrayLike, low: ArrayLike, high: ArrayLike) -> Any:
     """Whether history of CoC `coc` may belong to a layer whose CoC now lies between `low` and `high` [px]."""
     coc, low, high = (np.asarray(x, np.float64) for x in (coc, low, high))
     margin = SAME_DEPTH_PX + SAME_DEPTH_SHARE * np.maximum(np.abs(low), np.abs(high))
-    return (low > high) | ((coc >= low - margin) & (coc <= high + margin))
+    return (low <= high) & (coc >= low - margin) & (coc <= high + margin)
 
 
 def light_change(before: ArrayLike, now: ArrayLike) -> Array:
