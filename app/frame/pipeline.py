@@ -2,7 +2,7 @@
 
     sharp      gbuffer > lighting                                                   > resolve > display
     post       gbuffer > lighting > coc > tiles > gather ... > post                 > resolve > display
-    hybrid     ... post ... > mask > ray list > trace > accumulate > reconstruct > composite > resolve > display
+    hybrid     ... post ... > scout > mask > ray list > trace > accumulate > reconstruct > composite > resolve > display
     traced     progressive lens rays, a running mean                                          > display
     reference  gbuffer > lighting through one lens point a frame, a running mean              > display
 

@@ -125,22 +125,54 @@ def test_a_pixel_that_leaves_the_mask_keeps_nothing(ctx: moderngl.Context) -> No
         assert not any(rig.read(t).any() for t in ("near_layer", "far_layer", "layer_state", "near_light", "far_light"))
 
 
-def test_a_ghost_in_the_hit_ratio_is_clipped(ctx: moderngl.Context) -> None:
-    """History says near, all rays of this frame and around say far."""
+@pytest.mark.parametrize("latest", [0.0, 0.25])
+def test_a_ghost_in_the_hit_ratio_is_clipped(ctx: moderngl.Context, latest: float) -> None:
+    """History says near, the rays of this frame say mostly or all far. A layer without hits has no history."""
     none = np.zeros(HALF)
     with HybridRig(ctx, (W, H)) as rig:
         rig.give(previous=True, layer_state=state(80.0), near_layer=layer(1.0, none + 1.0), far_layer=layer(1.0, none))
         rig.give(
             mask=MASKED,
             ray_count=counts(4.0),
-            trace_near=layer(0.5, none),
-            trace_far=layer(0.5, none + 1.0),
+            trace_near=layer(0.5, none + latest),
+            trace_far=layer(0.5, none + 1.0 - latest),
             trace_motion=np.zeros((*HALF, 4)),
         )
         rig.run("accumulate", history_valid=1, moved=1)
         ratio = rig.read("layer_state")[5:-5, 5:-5, 2]
-    np.testing.assert_allclose(ratio, twin.trusted_ratio(1.0, 0.0, 36.0), rtol=1e-5)
-    assert ratio.max() < 0.1
+    expected = twin.trusted_ratio(1.0, latest, 36.0) if latest else 0.0
+    np.testing.assert_allclose(ratio, expected, rtol=1e-5)
+    assert ratio.max() < latest + 0.2
+
+
+def test_history_of_another_depth_is_dropped(ctx: moderngl.Context) -> None:
+    share = np.full(HALF, 0.5)
+    with HybridRig(ctx, (W, H)) as rig:
+        rig.give(previous=True, layer_state=state(1e6), near_layer=layer(1.0, share), far_layer=layer(1.0, share))
+        rig.give(previous=True, layer_coc=np.broadcast_to([-20.0, 8.0], (*HALF, 2)))
+        rig.give(mask=MASKED, ray_count=counts(4.0), trace_near=layer(0.5, share), trace_far=layer(0.5, share))
+        rig.give(trace_motion=np.zeros((*HALF, 4)), trace_spread=np.broadcast_to([-10.0, 8.5, 0.0, 0.0], (*HALF, 4)))
+        rig.run("accumulate", history_valid=1, moved=1)
+        state_now = rig.read("layer_state")[5:-5, 5:-5]
+    np.testing.assert_allclose(state_now[..., 0], 4.0)  # nothing but this frame's rays
+    assert (state_now[..., 1] > 4.0).all()
+
+
+@pytest.mark.parametrize("drift", [0.0, 8.0])
+def test_history_is_shortened_where_one_layer_s_hits_move_apart(ctx: moderngl.Context, drift: float) -> None:
+    """Half of the near hits move by +drift, half by -drift px: the mean motion fits neither."""
+    share = np.full(HALF, 0.5)
+    with HybridRig(ctx, (W, H)) as rig:
+        rig.give(previous=True, layer_state=state(1e6), near_layer=layer(1.0, share), far_layer=layer(1.0, share))
+        rig.give(previous=True, layer_coc=np.broadcast_to([-20.0, 8.0], (*HALF, 2)))
+        rig.give(mask=MASKED, ray_count=counts(4.0), trace_near=layer(0.5, share), trace_far=layer(0.5, share))
+        spread = np.broadcast_to([-20.0, 8.0, drift**2, 0.0], (*HALF, 4))
+        rig.give(trace_motion=np.zeros((*HALF, 4)), trace_spread=spread)
+        rig.run("accumulate", history_valid=1, moved=1)
+        rays = rig.read("layer_state")[5:-5, 5:-5, :2]
+    floor = rig.settings.rays.history
+    np.testing.assert_allclose(rays[..., 0], 4.0 / twin.stale_weight(floor, 0.0, drift, -20.0), rtol=1e-4)
+    np.testing.assert_allclose(rays[..., 1], 4.0 / floor, rtol=1e-4)
 
 
 def give_picture(

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from app.bvh.build import build_bvh
+from app.bvh.top import scene_tree
 from app.camera import Camera, look_at
 from app.gpu.scene import GpuScene
 from app.optics import coc_px, coc_scale_px
@@ -16,7 +17,7 @@ from app.scene.model import Material
 from app.settings import Settings, ShadingMode, put
 
 from . import hybrid_twin as twin
-from .small_scenes import quad, scene_of
+from .small_scenes import moving, quad, scene_of
 
 SIZE = (160, 96)
 NEAR_M, FAR_M = 1.0, 4.0
@@ -156,3 +157,65 @@ def test_all_targets_are_finite_in_the_light(ctx: moderngl.Context, half_plane: 
     for target in ("mask_edges", "mask", "near_layer", "far_layer", "layer_state", "near_light", "far_light", "hybrid"):
         assert np.isfinite(renderer.read(target)).all(), target
     renderer.release()
+
+
+def gradients(ctx: moderngl.Context, scene: GpuScene, cameras: list[Camera], times: list[float]) -> np.ndarray:
+    """What stored rays told in the last frame, near and far, where they told anything."""
+    renderer = Renderer(ctx, scene, SIZE)
+    for camera, time_s in zip(cameras, times):
+        renderer.draw("hybrid", camera, settings(aperture=0.5), time_s=time_s)
+    values = renderer.read("gradient")
+    renderer.release()
+    return np.asarray(values[values >= 0.0])
+
+
+def test_a_still_world_has_no_gradient_however_the_camera_moves(ctx: moderngl.Context, half_plane: GpuScene) -> None:
+    """Each stored hit still sends what it sent, except one that lies on the very edge, where rounding decides."""
+    cameras = [CAMERA, CAMERA.moved(0.01, 0.005, 0.02).turned(0.002, 0.001)]
+    found = gradients(ctx, half_plane, cameras, [0.0, 0.0])
+    assert len(found) > 100
+    assert (found > 1e-6).mean() < 0.01
+
+
+def test_what_comes_between_is_a_gradient(ctx: moderngl.Context) -> None:
+    """A blue quad slides before the wall: stored rays to the wall behind it now end on it."""
+    edge = quad((-50.0, -50.0, -NEAR_M), (50.0, 0.0, 0.0), (0.0, 100.0, 0.0), 0)
+    wall = quad((-50.0, -50.0, -FAR_M), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), 1)
+    slider = quad((0.6, -0.5, -3.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 2)
+    colors = [Material(base_color=c) for c in (RED, GREEN, (0.05, 0.05, 0.9, 1.0))]
+    scene = moving(scene_of([edge, wall, slider], colors), 2, slide=[(0.0, 0.0, 0.0), (-4.0, 0.0, 0.0)])
+    triangles = flatten(scene)
+    tree = lambda progress: scene_tree(triangles, build_bvh, progress)  # noqa: E731
+    gpu_scene = GpuScene(ctx, scene, triangles, tree)
+    rest = gradients(ctx, gpu_scene, [CAMERA, CAMERA.moved(0.001, 0.0, 0.0)], [0.0, 0.0])
+    moved = gradients(ctx, gpu_scene, [CAMERA, CAMERA], [0.0, 0.5])
+    gpu_scene.release()
+    before, now = (0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2] for c in (GREEN, (0.05, 0.05, 0.9)))
+    change = float(twin.light_change(before / (1.0 + before), now / (1.0 + now)))
+    told = [int(np.isclose(values, change, atol=2e-3).sum()) for values in (rest, moved)]
+    assert told[0] == 0
+    assert told[1] >= 5  # of some 20 blocks of 3x3 half-res px that the quad newly covers, those with a far ray stored
+
+
+def test_scouts_find_what_blurs_in_from_beyond_the_picture(ctx: moderngl.Context) -> None:
+    """A red quad ends 1 px outside the left rim: no pixel shows it, yet its blur covers an eighth of the picture."""
+    left = -NEAR_M * np.tan(CAMERA.fov_y / 2.0) * SIZE[0] / SIZE[1] * (1.0 + 2.0 / SIZE[0])
+    edge = quad((left - 50.0, -50.0, -NEAR_M), (50.0, 0.0, 0.0), (0.0, 100.0, 0.0), 0)
+    wall = quad((-50.0, -50.0, -FAR_M), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), 1)
+    triangles = flatten(scene := scene_of([edge, wall], [Material(base_color=RED), Material(base_color=GREEN)]))
+    gpu_scene = GpuScene(ctx, scene, triangles, lambda progress: build_bvh(triangles.positions, triangles.indices))
+    pictures = {}
+    wide, radius = settings(aperture=0.5), edge_radius_px() * 0.5 / 0.15
+    for name, options in (("scouts", wide), ("none", put(wide, "mask.scouts", False))):
+        renderer = drawn(ctx, gpu_scene, "hybrid", options, [CAMERA] * 32)
+        pictures[name] = renderer.linear()
+        renderer.release()
+    gpu_scene.release()
+    share = twin.segment_share((np.arange(SIZE[0]) + 0.5 + 1.0) / radius)[:, None]
+    truth = share * np.array(RED[:3]) + (1.0 - share) * np.array(GREEN[:3])
+    near_rim = slice(0, int(radius) // 2)
+    errors = {
+        name: np.abs((picture - truth).mean(0)[near_rim]).mean() for name, picture in pictures.items()
+    }  # no noise
+    assert errors["none"] > 0.05
+    assert errors["scouts"] < 0.1 * errors["none"]

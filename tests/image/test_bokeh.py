@@ -32,9 +32,6 @@ PLACE_PX = 0.25  # an eighth of a half-resolution texel
 # The hybrid traces the blur of what is near at half resolution: the mean of 2x2 px instead of one, and its bilinear
 # upsampling, add a variance of 1/4 and 2/3 px^2 along each axis, 2.3 % of the area at a radius of 12 px.
 HALF_RES_RAYS_PX2 = 1 / 4 + 2 / 3
-# Its reconstruction takes from a pixel that hit the light more than it gives to those that missed it, for it judges
-# noise by the pixel's own rays: up to 7 % of a near light. The rays themselves are tested without it.
-RAYS_ALONE = {"reconstruct__spatial": "off"}
 
 
 @pytest.mark.parametrize("lens", LENSES)
@@ -76,7 +73,7 @@ def assert_all_views(
     ctx: moderngl.Context, light: Light, settings: dict[str, object], expected: Moments
 ) -> dict[str, np.ndarray]:
     """Every view's picture, after its moments and its outline were compared."""
-    stage = bokeh.stage(ctx, light, **settings, **RAYS_ALONE)
+    stage = bokeh.stage(ctx, light, **settings)
     frames = {view: {"frames": count} for (view, side), count in FRAMES.items() if side == light.side}
     pictures = {view: stage.linear(view, SIZE, **options) for view, options in {**TRUTHS, **frames}.items()}
     for view, picture in pictures.items():
