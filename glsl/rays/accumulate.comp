@@ -51,6 +51,10 @@ struct Mean {
 
 const Mean NOTHING = Mean(vec4(0.0), 0.0, vec2(0.0), 0.0);
 
+// How far a frame may step from the mean before towards its own rays, in units of the way: a frame of so many times the
+// usual rays. Past it a single frame would lie far outside what its rays saw.
+const float MOST_STEP = 4.0;
+
 // This frame's rays around a pixel.
 struct Around {
     vec4 motion;  // px; xy near, zw far; of 5x5 pixels at most
@@ -188,8 +192,9 @@ void main() {
         ratio = near.layer.a;  // it moved with the edge; what the far layer had left open did not
         if (moved && REJECTION == 1) ratio = trusted_ratio(ratio, around.ratio, around.rays);
         bool averaged = AVERAGED == 1 && frames > 1.0;
-        near_light = averaged ? mix(near_before, near.layer, frames) : composed(near.layer, ratio);
-        far_light = averaged ? mix(far_before, far.layer, frames) : composed(far.layer, 1.0 - ratio);
+        float step = min(frames, MOST_STEP * near.rays / max(rays, 1.0));
+        near_light = averaged ? mix(near_before, near.layer, step) : composed(near.layer, ratio);
+        far_light = averaged ? mix(far_before, far.layer, step) : composed(far.layer, 1.0 - ratio);
     }
     imageStore(out_near_layer, p, near.layer);
     imageStore(out_far_layer, p, far.layer);

@@ -19,6 +19,10 @@ layout(rgba16f) uniform writeonly image2D out_far_smooth;
 
 const float FEWEST_SHARE = 1e-4;  // below any hit of one ray in thousands: no light to tell a layer's colour from
 
+// How much the far layer may grow to fill what the near one leaves open: more than different smoothing ever asks for,
+// and little enough that the share of a few rays, near none, does not turn their light into a spark.
+const float MOST_FILL = 2.0;
+
 // Lets the layers of the pixel exchange light with its neighbours. A pixel of a wide kernel has its taps farther apart
 // and meets each neighbour more rarely: one of a narrow kernel waits for it.
 void exchange(ivec2 p, vec4 state, inout vec4 near, inout vec4 far) {
@@ -65,7 +69,7 @@ void main() {
         // The layers cover the pixel together: the far one fills what the near one leaves open.
         if (far.a < FEWEST_SHARE) far = far_around(p);
         if (far.a < FEWEST_SHARE) near /= max(near.a, FEWEST_SHARE);
-        far = far.a < FEWEST_SHARE ? vec4(0.0) : vec4(far.rgb / far.a, 1.0) * (1.0 - near.a);
+        far *= far.a < FEWEST_SHARE ? 0.0 : clamp((1.0 - near.a) / far.a, 0.0, MOST_FILL);
     }
     imageStore(out_near_smooth, p, near);
     imageStore(out_far_smooth, p, far);
