@@ -16,7 +16,7 @@ import textures
 from glb import GlbWriter
 from occluders import build_branch, build_screen
 from profiles import pawn_profile, queen_profile, vase_profile
-from staging import look_at, material, place, tiled
+from staging import add_camera, finished, look_at, material, place, tiled
 
 EYE, TARGET = np.array([0.16, 1.04, 1.15]), np.array([0.025, 0.89, 0.0])
 FOV_Y = np.radians(32.0)
@@ -151,20 +151,11 @@ def build() -> bytes:
     build_lights(writer)
     build_branch(writer, camera, CLAMP)
     build_screen(writer, camera)
-    extras = {"focus_distance": round(float((EYE - FOCUS_POINT) @ camera[:3, 2]), 3), "aperture": APERTURE}
-    lens = {
-        "type": "perspective",
-        "perspective": {"yfov": float(FOV_Y), "znear": 0.01},
-        "name": "main",
-        "extras": extras,
-    }
-    writer.node("camera", camera, camera=writer.add("cameras", lens))
+    add_camera(writer, camera, float(FOV_Y), FOCUS_POINT, APERTURE)
     environment = {"sky": [0.30, 0.34, 0.42], "ground": [0.16, 0.13, 0.11]}
     nodes = list(range(len(writer.json["nodes"])))
     writer.add("scenes", {"nodes": nodes, "extras": {"environment": environment}})
-    used = ("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_texture_transform")
-    writer.json |= {"scene": 0, "extensionsUsed": list(used)}
-    return writer.to_bytes()
+    return finished(writer)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import numpy as np
 import shapes
 import textures
 from glb import GlbWriter
-from staging import look_at, material, place, tiled
+from staging import add_camera, finished, look_at, material, place, tiled
 from toy_town import build_town, build_track, build_wheels
 from toy_train import build_train
 
@@ -91,19 +91,10 @@ def build() -> bytes:
     build_lights(writer)
     train, axles = build_train(writer, WAY / (2 * np.pi * TURNS), canvas, wood)
     build_motion(writer, build_wheels(writer, camera, REPEAT), train, axles)
-    extras = {"focus_distance": round(float((EYE - FOCUS_POINT) @ camera[:3, 2]), 3), "aperture": APERTURE}
-    lens = {
-        "type": "perspective",
-        "perspective": {"yfov": float(FOV_Y), "znear": 0.01},
-        "name": "main",
-        "extras": extras,
-    }
-    writer.node("camera", camera, camera=writer.add("cameras", lens))
+    add_camera(writer, camera, float(FOV_Y), FOCUS_POINT, APERTURE)
     environment = {"sky": [0.36, 0.38, 0.50], "ground": [0.17, 0.16, 0.12]}
     writer.add("scenes", {"nodes": writer.roots(), "extras": {"environment": environment}})
-    used = ("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_texture_transform")
-    writer.json |= {"scene": 0, "extensionsUsed": list(used)}
-    return writer.to_bytes()
+    return finished(writer)
 
 
 if __name__ == "__main__":

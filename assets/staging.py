@@ -44,3 +44,22 @@ def material(
 def tiled(texture: int, repeats: float) -> dict[str, Any]:
     """A texture reference scaled by KHR_texture_transform."""
     return {"index": texture, "extensions": {"KHR_texture_transform": {"scale": [repeats, repeats]}}}
+
+
+def add_camera(writer: GlbWriter, camera: F64, fov_y: float, focus_point: F64, aperture: float) -> None:
+    """The scene's camera [to world, rad], focused on a point, with a lens `aperture` m wide."""
+    extras = {"focus_distance": round(float((camera[:3, 3] - focus_point) @ camera[:3, 2]), 3), "aperture": aperture}
+    lens = {
+        "type": "perspective",
+        "perspective": {"yfov": fov_y, "znear": 0.01},
+        "name": "main",
+        "extras": extras,
+    }
+    writer.node("camera", camera, camera=writer.add("cameras", lens))
+
+
+def finished(writer: GlbWriter) -> bytes:
+    """The file, once its scene is in it; it names the extensions that lights, materials and `tiled` use."""
+    used = ("KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_texture_transform")
+    writer.json |= {"scene": 0, "extensionsUsed": list(used)}
+    return writer.to_bytes()

@@ -1,9 +1,5 @@
 // The two layers of traced light and how they are put together. Float64 twins: tests/gpu/hybrid_twin.py.
-
-// CoC radii between which half-res layers take over: a texel is 2 px wide, and from 4 px of radius its own softness
-// adds less than a tenth to the blur (as in dof/layers.glsl).
-const float HALF_RES_FROM_PX = 2.0;
-const float HALF_RES_FULL_PX = 4.0;
+#include "lib/mask.glsl"
 
 // How far outside the CoCs around a pixel the history's may lie: a pixel of blur is below what shows, and what a mean
 // of few hits misses of a sloping surface grows with the blur.
@@ -19,7 +15,7 @@ float near_share(float coc, float in_focus_px, float blend) {
 // Part of what lies behind the near layer that the full-resolution raster path shows better than any half-res layer:
 // all of it in focus and slightly out of it, none once it is blurred or itself in the near layer.
 float raster_share(float coc, float in_focus_px, float blend) {
-    float full_res = 1.0 - smoothstep(HALF_RES_FROM_PX, HALF_RES_FULL_PX, abs(coc));
+    float full_res = 1.0 - smoothstep(RAYS_BEGIN_PX, RAYS_END_PX, abs(coc));
     return full_res * (1.0 - near_share(coc, in_focus_px, blend));
 }
 

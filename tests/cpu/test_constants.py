@@ -57,8 +57,6 @@ def found(file: str) -> dict[str, str]:
         ("lib/hit_layers.glsl", "SAME_DEPTH_SHARE", hybrid_twin.SAME_DEPTH_SHARE),
         ("lib/mask.glsl", "EDGE_WORTH", hybrid_twin.EDGE_WORTH),
         ("lib/mask.glsl", "FARTHEST_TEXELS", hybrid_twin.FARTHEST_TEXELS),
-        ("lib/hit_layers.glsl", "HALF_RES_FROM_PX", hybrid_twin.HALF_RES_FROM_PX),
-        ("lib/hit_layers.glsl", "HALF_RES_FULL_PX", hybrid_twin.HALF_RES_FULL_PX),
         ("shared/scene.glsl", "NO_TEXTURE", NO_TEXTURE),
         ("shared/objects.glsl", "OBJECT_SHIFT", arrays.OBJECT_SHIFT),
         ("rays/traverse.glsl", "LEAF_BIT", pack.LEAF_BIT),

@@ -19,7 +19,6 @@ RIM = 0.25
 RAYS_BEGIN_PX, RAYS_END_PX = 2.0, 4.0
 FARTHEST_TEXELS = 32.0
 EDGE_WORTH = 0.1
-HALF_RES_FROM_PX, HALF_RES_FULL_PX = 2.0, 4.0
 MOST_GATHER_HALF = 6.0  # half-res px
 PRIOR_RAYS = 8.0
 DARK = 1e-3  # compressed luminance
@@ -103,7 +102,7 @@ def near_share(coc: ArrayLike, in_focus_px: float, blend: ArrayLike) -> Array:
 
 def raster_share(coc: ArrayLike, in_focus_px: float, blend: ArrayLike) -> Array:
     """Part of what lies behind the near layer that the full-resolution raster path provides."""
-    full_res = 1.0 - smoothstep(HALF_RES_FROM_PX, HALF_RES_FULL_PX, np.abs(coc))
+    full_res = 1.0 - smoothstep(RAYS_BEGIN_PX, RAYS_END_PX, np.abs(coc))
     return full_res * (1.0 - near_share(coc, in_focus_px, blend))
 
 
