@@ -63,6 +63,7 @@ RASTER = (
         reads=("depth",),
         optional=("object",),
         writes=("motion",),
+        scene=True,
         needed=moving,
         defines=object_defines,
     ),

@@ -7,6 +7,8 @@ uniform and storage blocks.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..bvh.pack import BVH_NODE_FIELDS
@@ -26,6 +28,7 @@ _TYPES: dict[str, tuple[str, tuple[int, ...], int, int]] = {
     "uvec4": ("<u4", (4,), 16, 16),
     "mat4": ("<f4", (4, 4), 16, 64),  # columns first: upload M.T of a row-major matrix
 }
+_FROM_BITS = {"f": "uintBitsToFloat", "v": "uintBitsToFloat", "i": "int"}  # by the first letter of a GLSL type
 
 
 def struct(name: str, fields: dict[str, tuple[str, str]], uniform: bool = False) -> np.dtype:
@@ -194,13 +197,44 @@ OBJECT = struct(
 )
 
 STRUCTS = (VERTEX, MATERIAL, LIGHT, FRAME, BVH_NODE, OBJECT)
+RECORDS = (VERTEX, MATERIAL, LIGHT, BVH_NODE, OBJECT)  # of which the scene holds arrays: glsl/shared/records.glsl
 STRUCTS_FILE = "shared/structs.glsl"
+
+TEXEL_BYTES = 16
+TEXELS_PER_ROW = 4096  # of a texture of records: every device allows four times as many
+
+_RECORDS_IN_TEXTURES = f"""#ifdef RECORDS_IN_TEXTURES
+uvec4 record_texel(usampler2D records, uint i) {{
+    return texelFetch(records, ivec2(i % {TEXELS_PER_ROW}u, i / {TEXELS_PER_ROW}u), 0);
+}}
+
+void read_record(usampler2D records, uint i, out uvec4 record) {{ record = record_texel(records, i); }}
+void read_record(usampler2D records, uint i, out vec4 record) {{ record = uintBitsToFloat(record_texel(records, i)); }}
+"""
+
+
+def print_reader(dtype: np.dtype) -> str:
+    """The GLSL function that puts record `i` together from the texels that hold its bytes. Whole texels only."""
+    name, texels = struct_name(dtype), dtype.itemsize // TEXEL_BYTES
+    assert dtype.itemsize % TEXEL_BYTES == 0
+    lines = [f"    uvec4 t{k} = record_texel(records, {texels}u * i + {k}u);" for k in range(texels)]
+    for field, (glsl_type, _) in struct_fields(dtype).items():
+        texel, word = divmod(dtype.fields[field][1] // 4, 4)  # type: ignore[index]
+        width = math.prod(_TYPES[glsl_type][1])
+        if glsl_type == "mat4":
+            value = "mat4(" + ", ".join(f"uintBitsToFloat(t{texel + column})" for column in range(4)) + ")"
+        else:
+            value = f"t{texel}.{'xyzw'[word : word + width]}"
+            value = value if glsl_type.startswith("u") else f"{_FROM_BITS[glsl_type[0]]}({value})"
+        lines.append(f"    record.{field} = {value};")
+    return f"void read_record(usampler2D records, uint i, out {name} record) {{\n" + "\n".join(lines) + "\n}\n"
 
 
 def structs_glsl() -> str:
     """The text of glsl/shared/structs.glsl."""
-    header = "// Made by `python -m app.gpu.layout` from the dtypes there; do not edit.\n\n"
-    return header + "\n".join(print_glsl(dtype) for dtype in STRUCTS)
+    header = "// Made by `python -m app.gpu.layout` from the dtypes there; do not edit.\n"
+    structs = [print_glsl(dtype) for dtype in STRUCTS]
+    return "\n".join([header, *structs, _RECORDS_IN_TEXTURES, *map(print_reader, RECORDS)]) + "#endif\n"
 
 
 if __name__ == "__main__":

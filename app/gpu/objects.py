@@ -12,12 +12,13 @@ from ..bvh.top import top_depth, top_level, world_boxes
 from ..scene.flatten import places
 from ..scene.model import F64, Triangles
 from .layout import OBJECT
+from .records import make_records
 
 
 class GpuObjects:
-    """Owns the block `Objects`, one record for what stands still and one for each moving object."""
+    """Owns the records `Objects`, one for what stands still and one for each moving object."""
 
-    def __init__(self, ctx: moderngl.Context, triangles: Triangles) -> None:
+    def __init__(self, ctx: moderngl.Context, triangles: Triangles, textures: bool) -> None:
         """`triangles` must hold moving objects. They stand where time 0 has them until `place` moves them."""
         self._moving = triangles.moving
         self._records = np.zeros(len(self._moving) + 1, OBJECT)
@@ -29,7 +30,7 @@ class GpuObjects:
         self._in_tree = np.flatnonzero(drawn).astype(np.uint32)  # what has no triangle has no place in it
         self._times: tuple[float, float] | None = None
         self._places: dict[float, F64] = {}  # of the last two times
-        self.buffer = ctx.buffer(reserve=self._records.nbytes)
+        self.records = make_records(ctx, self._records.tobytes(), textures)
         self.place(0.0, 0.0)
 
     @property
@@ -54,7 +55,7 @@ class GpuObjects:
         self._records["from_world"][1:] = np.swapaxes(back, 1, 2)
         self._records["to_previous"][1:] = np.swapaxes(before @ back, 1, 2)
         self._times = (time_s, previous_s)
-        self.buffer.write(self._records.tobytes())
+        self.records.write(self._records.tobytes())
         return True
 
     def take_roots(self, roots: tuple[int, ...]) -> None:
@@ -62,7 +63,7 @@ class GpuObjects:
         if len(roots) != len(self._records):
             raise ValueError(f"{len(roots)} trees for {len(self._records)} objects: build them with scene_tree")
         self._records["root"] = roots
-        self.buffer.write(self._records.tobytes())
+        self.records.write(self._records.tobytes())
 
     def top_nodes(self) -> NDArray[Any]:
         """The first nodes of the ray-tracing tree: the top level over the present boxes."""
@@ -74,7 +75,7 @@ class GpuObjects:
         return top_level(low[self._in_tree], high[self._in_tree], self._in_tree, len(self._moving))
 
     def release(self) -> None:
-        self.buffer.release()
+        self.records.release()
 
     def _place(self, time_s: float) -> F64:
         """(k, 4, 4) of all objects; a time already known is not computed again."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +18,7 @@ from ..scene.flatten import bounds
 from ..scene.model import Environment, Light, Scene, Triangles
 from .arrays import draw_order, material_words, oriented, pack_lights, pack_materials, pack_vertices
 from .objects import GpuObjects
+from .records import IN_TEXTURES, Records, RecordTexture, check_fits, in_textures, make_records
 from .shadow import ShadowMap
 from .textures import SceneTextures
 
@@ -34,10 +36,11 @@ ATTRIBUTES = (("position", "3f", 12), ("normal", "1u", 4), ("uv", "2f", 8), ("ta
 
 
 class GpuScene:
-    """Buffers by block name, textures by sampler name, and the facts that planning needs.
+    """Records and textures by the names that shaders use, and the facts that planning needs.
 
     Raises UserError where the scene exceeds a limit of the device. `bvh_loader(progress)` builds or loads the tree
-    (app/bvh/top.py: scene_tree) when rays first need it.
+    (app/bvh/top.py: scene_tree) when rays first need it. Records lie where the device reads them faster, unless
+    `textures` says where (app/gpu/records.py).
     """
 
     def __init__(
@@ -46,6 +49,7 @@ class GpuScene:
         scene: Scene,
         triangles: Triangles,
         bvh_loader: Callable[[Progress | None], Bvh] | None = None,
+        textures: bool | None = None,
     ) -> None:
         self._ctx, self._bvh_loader = ctx, bvh_loader
         if triangles.moving and not ctx.info.get("GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS"):  # OpenGL 4.3 grants none
@@ -56,19 +60,23 @@ class GpuScene:
         self.triangle_count = len(triangles.indices)
         masked = np.array([m.alpha_cutoff is not None for m in scene.materials])
         self.textures = SceneTextures(ctx, scene.images, self.facts.textured)
-        self.blocks: dict[str, moderngl.Buffer] = {}
+        self._in_textures = in_textures(ctx) if textures is None else textures
+        self._records: dict[str, Records] = {}
+        vertices = pack_vertices(triangles)
         try:
             self._upload(
-                Vertices=pack_vertices(triangles),
+                Vertices=vertices,
                 Materials=pack_materials(scene.materials, self.textures.places),
                 Lights=pack_lights(scene.lights),
             )
         except UserError:
             self.textures.release()
             raise
-        self.objects = GpuObjects(ctx, triangles) if triangles.moving else None
+        self.objects = GpuObjects(ctx, triangles, self._in_textures) if triangles.moving else None
         if self.objects:
-            self.blocks["Objects"] = self.objects.buffer
+            self._records["Objects"] = self.objects.records
+        block = self._records["Vertices"]
+        self._vertices = ctx.buffer(vertices.tobytes()) if isinstance(block, RecordTexture) else block
         self._indices = ctx.buffer(draw_order(triangles, masked).tobytes())
         self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
         self._bvh_defines: dict[str, int] = {}
@@ -79,23 +87,30 @@ class GpuScene:
     @property
     def samplers(self) -> dict[str, Any]:
         """Textures by the name that shaders use."""
-        return {**self.textures.samplers, "scene_shadow": self.shadow.texture}
+        records = {name: held.texture for name, held in self._records.items() if isinstance(held, RecordTexture)}
+        return {**self.textures.samplers, "scene_shadow": self.shadow.texture, **records}
+
+    @property
+    def blocks(self) -> dict[str, moderngl.Buffer]:
+        """Storage blocks by the name that shaders use."""
+        return {name: held for name, held in self._records.items() if not isinstance(held, RecordTexture)}
 
     @property
     def defines(self) -> dict[str, int]:
         """What every shader that touches the scene must be compiled with."""
-        return {**self.textures.defines, **self._bvh_defines}
+        where = {IN_TEXTURES: 1} if self._in_textures else {}
+        return {**self.textures.defines, **self._bvh_defines, **where}
 
     @property
     def bytes(self) -> dict[str, int]:
         """GPU bytes by resource."""
-        buffers = {name: buffer.size for name, buffer in self.blocks.items()}
-        textures = {"textures": self.textures.bytes, "shadow map": self.shadow.bytes}
-        return {**buffers, "indices": self._indices.size, **textures}
+        records = {name: held.size for name, held in self._records.items()}
+        drawn = {"indices": self._indices.size} | ({"vertex buffer": self._vertices.size} if self._in_textures else {})
+        return {**records, **drawn, "textures": self.textures.bytes, "shadow map": self.shadow.bytes}
 
     def ensure_bvh(self, progress: Progress | None = None) -> None:
-        """Make the blocks that rays read exist (glsl/rays/traverse.glsl); the first call builds or loads the tree."""
-        if "BvhNodes" in self.blocks:
+        """Make the records that rays read exist (glsl/rays/traverse.glsl); the first call builds or loads the tree."""
+        if "BvhNodes" in self._records:
             return
         if self._bvh_loader is None:
             raise UserError("this scene was opened without a tree for rays; open it with one to trace")
@@ -110,12 +125,12 @@ class GpuScene:
         if self.objects:
             self._bvh_defines["TOP_STACK"] = self.objects.stack
             self.objects.take_roots(bvh.roots)
-            self.blocks["BvhNodes"].write(self.objects.top_nodes().tobytes())
+            self._records["BvhNodes"].write(self.objects.top_nodes().tobytes())
 
     def place(self, time_s: float, previous_s: float) -> None:
         """Move the objects, if any, to where they are at `time_s` and were last frame at `previous_s`."""
-        if self.objects and self.objects.place(time_s, previous_s) and "BvhNodes" in self.blocks:
-            self.blocks["BvhNodes"].write(self.objects.top_nodes().tobytes())
+        if self.objects and self.objects.place(time_s, previous_s) and "BvhNodes" in self._records:
+            self._records["BvhNodes"].write(self.objects.top_nodes().tobytes())
 
     def update_shadow(self) -> bool:
         """Render the shadow map if the sun or the geometry changed since; True if it was rendered."""
@@ -135,34 +150,25 @@ class GpuScene:
         """Free everything this scene holds on the GPU."""
         for vertex_array in self._vertex_arrays.values():
             vertex_array.release()
-        for buffer in (*self.blocks.values(), self._indices):
+        for buffer in {*self._records.values(), self._vertices, self._indices}:
             buffer.release()
         self.textures.release()
         self.shadow.release()
         self._vertex_arrays.clear()
-        self.blocks.clear()
+        self._records.clear()
 
     def _vertex_array(self, program: moderngl.Program) -> moderngl.VertexArray:
         wanted = [(name, kind if name in program else f"{size}x", name in program) for name, kind, size in ATTRIBUTES]
         layout = " ".join(kind for _, kind, _ in wanted)
         names = [name for name, _, used in wanted if used]
-        return self._ctx.vertex_array(program, [(self.blocks["Vertices"], layout, *names)], self._indices)
+        return self._ctx.vertex_array(program, [(self._vertices, layout, *names)], self._indices)
 
-    def _upload(self, **blocks: NDArray[Any]) -> None:
-        """Make storage blocks, or none of them if one is too large. An empty one gets a zeroed record: a block must
-        have a size.
+    def _upload(self, **arrays: NDArray[Any]) -> None:
+        """Put arrays of records on the GPU, or none of them if one is too large. An empty one gets a zeroed record: a
+        block must have a size.
         """
-        limit = self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]
-        for name, records in blocks.items():
-            if records.nbytes > limit:
-                raise UserError(
-                    f"the scene's {_WORDS[name]} need {_mib(records.nbytes)} in one block, but this device allows "
-                    f"{_mib(limit)}: choose a smaller scene"
-                )
-        for name, records in blocks.items():
-            data = records.tobytes() or bytes(records.dtype.itemsize * max(int(np.prod(records.shape[1:])), 1))
-            self.blocks[name] = self._ctx.buffer(data)
-
-
-def _mib(count: int) -> str:
-    return f"{count / 2**20:.0f} MiB"
+        for name, records in arrays.items():
+            check_fits(self._ctx, _WORDS[name], records.nbytes, self._in_textures)
+        for name, records in arrays.items():
+            data = records.tobytes() or bytes(records.dtype.itemsize * math.prod(records.shape[1:]))
+            self._records[name] = make_records(self._ctx, data, self._in_textures)

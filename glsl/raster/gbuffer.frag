@@ -52,7 +52,7 @@ void main() {
 #endif
     vec4 base = base_color_at(v_material, uv, footprint_uv);
 #if ALPHA_MASKED
-    if (base.a < materials[v_material].alpha_cutoff) discard;
+    if (base.a < material_at(v_material).alpha_cutoff) discard;
 #endif
     float side = gl_FrontFacing ? 1.0 : -1.0;
     Surface s = surface_of(base.rgb, v_material, vec3(0.0), side, v_normal, tangent, uv, footprint_uv);

@@ -25,7 +25,7 @@ layout(rg16f) uniform writeonly image2D out_gradient;
 // Where a point of an object that was at `before` is now [m].
 vec3 position_now(uint object, vec3 before) {
 #if OBJECTS
-    if (object > 0u) return (inverse(objects[object].to_previous) * vec4(before, 1.0)).xyz;
+    if (object > 0u) return (inverse(object_at(object).to_previous) * vec4(before, 1.0)).xyz;
 #endif
     return before;
 }

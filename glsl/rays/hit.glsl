@@ -16,12 +16,14 @@ vec3 weights_of(vec2 barycentrics) {
 }
 
 vec2 vertex_uv(uint i) {
-    return vec2(vertices[i].u, vertices[i].v);
+    Vertex vertex = vertex_at(i);
+    return vec2(vertex.u, vertex.v);
 }
 
 // In the world.
 vec3 vertex_position(uint i) {
-    return to_world(object_of(vertices[i].material), vec3(vertices[i].px, vertices[i].py, vertices[i].pz));
+    Vertex vertex = vertex_at(i);
+    return to_world(object_of(vertex.material), vec3(vertex.px, vertex.py, vertex.pz));
 }
 
 vec2 uv_at(uvec3 v, vec3 w) {
@@ -38,7 +40,7 @@ float uv_footprint(uvec3 v, float z) {
 
 #if ALPHA_MASKED
 bool alpha_passes(uint material, uvec3 v, vec2 barycentrics, float z) {
-    if (materials[material].alpha_cutoff == 0.0) return true;
+    if (material_at(material).alpha_cutoff == 0.0) return true;
     return alpha_passes(material, uv_at(v, weights_of(barycentrics)), uv_footprint(v, z));
 }
 #endif
@@ -58,11 +60,11 @@ Surface surface_of_hit(Hit hit, Ray ray) {
     footprint = uv_footprint(v, hit.t);
 #endif
 #if LIT
-    for (int i = 0; i < 3; i++) normal += w[i] * unpack_normal(vertices[v[i]].normal);
+    for (int i = 0; i < 3; i++) normal += w[i] * unpack_normal(vertex_at(v[i]).normal);
     normal = normal_to_world(hit.object, normal);
 #endif
 #if NORMAL_MAPPED
-    for (int i = 0; i < 3; i++) tangent += w[i] * unpack_tangent(vertices[v[i]].tangent);
+    for (int i = 0; i < 3; i++) tangent += w[i] * unpack_tangent(vertex_at(v[i]).tangent);
     tangent = tangent_to_world(hit.object, tangent);
 #endif
     return surface_at(hit.material, ray.origin + hit.t * ray.direction, side, normal, tangent, uv, footprint);

@@ -7,7 +7,7 @@
 // traversal on GPUs", section 3: descend until a leaf is found, then test its triangles ("while-while").
 //
 // With HAS_ALPHA_MASK the including shader defines `alpha_passes`: whether a ray stops at this point of a material.
-#include "shared/structs.glsl"
+#include "shared/records.glsl"
 #include "shared/objects.glsl"
 #include "lib/intersect.glsl"
 
@@ -15,9 +15,9 @@
 bool alpha_passes(uint material, uvec3 vertices, vec2 barycentrics, float t);
 #endif
 
-layout(std430) readonly buffer BvhNodes { BvhNode nodes[]; };
-layout(std430) readonly buffer TrianglePositions { vec4 triangle_positions[]; };  // 3 a triangle, leaf order, w unused
-layout(std430) readonly buffer Triangles { uvec4 triangles[]; };                  // leaf order: 3 vertices, material
+RECORDS(BvhNodes, BvhNode, nodes, node_at)
+RECORDS(TrianglePositions, vec4, triangle_positions, corner_at)  // 3 a triangle, leaf order, w unused
+RECORDS(Triangles, uvec4, triangles, triangle_at)                // leaf order: 3 vertices, material
 
 struct Hit {
     float t;            // in lengths of the ray's direction
@@ -35,7 +35,7 @@ const uint NO_TRIANGLE = 0xffffffffu;
 const float MISSED = 3.4e38;  // above every finite distance; a missed box is entered at infinity
 
 RaySetup prepare_ray_for_tree(uint first, Ray ray) {
-    BvhNode root = nodes[first];
+    BvhNode root = node_at(first);
     vec3 lo = min(vec3(root.x.x, root.y.x, root.z.x), vec3(root.x.z, root.y.z, root.z.z));
     vec3 hi = max(vec3(root.x.y, root.y.y, root.z.y), vec3(root.x.w, root.y.w, root.z.w));
     return prepare_ray(ray, lo, hi);
@@ -46,15 +46,15 @@ RaySetup prepare_ray_for_tree(uint first, Ray ray) {
 void intersect_leaf(uint leaf, RaySetup setup, Ray ray, inout Hit hit) {
     uint first = leaf & FIRST_MASK, end = first + ((leaf >> 28) & 7u) + 1u;
     for (uint i = first; i < end; ++i) {
-        vec3 a = triangle_positions[3u * i].xyz;
-        vec3 b = triangle_positions[3u * i + 1u].xyz;
-        vec3 c = triangle_positions[3u * i + 2u].xyz;
+        vec3 a = corner_at(3u * i).xyz;
+        vec3 b = corner_at(3u * i + 1u).xyz;
+        vec3 c = corner_at(3u * i + 2u).xyz;
         float t;
         vec2 barycentrics;
         if (!intersect_triangle(setup, ray.origin, a, b, c, ray.t_min, hit.t, t, barycentrics)) continue;
         if (t == hit.t && i > hit.triangle) continue;
 #ifdef HAS_ALPHA_MASK
-        if (!alpha_passes(material_of(triangles[i].w), triangles[i].xyz, barycentrics, t)) continue;
+        if (!alpha_passes(material_of(triangle_at(i).w), triangle_at(i).xyz, barycentrics, t)) continue;
 #endif
         hit.t = t;
         hit.triangle = i;
@@ -71,7 +71,7 @@ void traverse_tree(uint first, Ray ray, const bool any_hit, inout Hit hit) {
     uint node = first;
     while (node != NO_NODE) {
         while (node < LEAF_BIT) {
-            BvhNode n = nodes[node];
+            BvhNode n = node_at(node);
             vec2 enter = intersect_boxes(setup, n.x, n.y, n.z, ray.t_min, hit.t);
             bool second_first = enter.y < enter.x;
             // The farther child waits on the stack if it is hit: written always, kept by moving `top` (no branch).
@@ -114,7 +114,7 @@ void traverse_objects(Ray ray, const bool any_hit, inout Hit hit) {
     uint node = 0u;
     while (node != NO_NODE) {
         while (node < LEAF_BIT) {
-            BvhNode n = nodes[node];
+            BvhNode n = node_at(node);
             vec2 enter = intersect_boxes(setup, n.x, n.y, n.z, ray.t_min, hit.t);
             bool second_first = enter.y < enter.x;
             stack[top] = second_first ? n.child.x : n.child.y;
@@ -126,7 +126,7 @@ void traverse_objects(Ray ray, const bool any_hit, inout Hit hit) {
             }
         }
         if (node == NO_NODE) break;
-        Object object = objects[node & FIRST_MASK];
+        Object object = object_at(node & FIRST_MASK);
         traverse_tree(object.root, ray_from_world(object, ray), any_hit, hit);
         --top;
         node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
@@ -151,7 +151,7 @@ bool traverse(Ray ray, float t_max, const bool any_hit, out Hit hit) {
 bool trace_closest(Ray ray, float t_max, out Hit hit) {
     bool found = traverse(ray, t_max, false, hit);
     if (found) {
-        uvec4 triangle = triangles[hit.triangle];
+        uvec4 triangle = triangle_at(hit.triangle);
         hit.vertices = triangle.xyz;
         hit.material = material_of(triangle.w);
         hit.object = object_of(triangle.w);

@@ -1,9 +1,9 @@
 // The scene as every shader sees it: vertices, materials, lights and textures (app/gpu/scene.py).
-#include "shared/structs.glsl"
+#include "shared/records.glsl"
 
-layout(std430) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430) readonly buffer Materials { Material materials[]; };
-layout(std430) readonly buffer Lights { Light lights[]; };
+RECORDS(Vertices, Vertex, vertices, vertex_at)
+RECORDS(Materials, Material, materials, material_at)
+RECORDS(Lights, Light, lights, light_at)
 
 const uint NO_TEXTURE = 0xffffffffu;
 

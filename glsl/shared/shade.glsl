@@ -125,7 +125,7 @@ vec4 shade(Surface s, vec3 view_dir) {
 #if POINT_LIGHTS || SUN
     for (uint i = 0u; i < frame.light_count; ++i) {
         vec3 light_dir;
-        vec3 irradiance = irradiance_from(lights[i], p, s.position, light_dir);
+        vec3 irradiance = irradiance_from(light_at(i), p, s.position, light_dir);
         Reflection r = reflect_light(p, light_dir);
         sum.diffuse += irradiance * r.diffuse;
         sum.specular += irradiance * r.specular;

@@ -109,3 +109,107 @@ struct Object {  // 208 bytes
     uint unused1;  // @200  padding
     uint unused2;  // @204  padding
 };
+
+#ifdef RECORDS_IN_TEXTURES
+uvec4 record_texel(usampler2D records, uint i) {
+    return texelFetch(records, ivec2(i % 4096u, i / 4096u), 0);
+}
+
+void read_record(usampler2D records, uint i, out uvec4 record) { record = record_texel(records, i); }
+void read_record(usampler2D records, uint i, out vec4 record) { record = uintBitsToFloat(record_texel(records, i)); }
+
+void read_record(usampler2D records, uint i, out Vertex record) {
+    uvec4 t0 = record_texel(records, 2u * i + 0u);
+    uvec4 t1 = record_texel(records, 2u * i + 1u);
+    record.px = uintBitsToFloat(t0.x);
+    record.py = uintBitsToFloat(t0.y);
+    record.pz = uintBitsToFloat(t0.z);
+    record.normal = t0.w;
+    record.u = uintBitsToFloat(t1.x);
+    record.v = uintBitsToFloat(t1.y);
+    record.tangent = t1.z;
+    record.material = t1.w;
+}
+
+void read_record(usampler2D records, uint i, out Material record) {
+    uvec4 t0 = record_texel(records, 12u * i + 0u);
+    uvec4 t1 = record_texel(records, 12u * i + 1u);
+    uvec4 t2 = record_texel(records, 12u * i + 2u);
+    uvec4 t3 = record_texel(records, 12u * i + 3u);
+    uvec4 t4 = record_texel(records, 12u * i + 4u);
+    uvec4 t5 = record_texel(records, 12u * i + 5u);
+    uvec4 t6 = record_texel(records, 12u * i + 6u);
+    uvec4 t7 = record_texel(records, 12u * i + 7u);
+    uvec4 t8 = record_texel(records, 12u * i + 8u);
+    uvec4 t9 = record_texel(records, 12u * i + 9u);
+    uvec4 t10 = record_texel(records, 12u * i + 10u);
+    uvec4 t11 = record_texel(records, 12u * i + 11u);
+    record.base_color = uintBitsToFloat(t0.xyzw);
+    record.emissive = uintBitsToFloat(t1.xyz);
+    record.alpha_cutoff = uintBitsToFloat(t1.w);
+    record.metallic = uintBitsToFloat(t2.x);
+    record.roughness = uintBitsToFloat(t2.y);
+    record.normal_scale = uintBitsToFloat(t2.z);
+    record.unused = uintBitsToFloat(t2.w);
+    record.textures = t3.xyzw;
+    record.uv_base_u = uintBitsToFloat(t4.xyzw);
+    record.uv_base_v = uintBitsToFloat(t5.xyzw);
+    record.uv_surface_u = uintBitsToFloat(t6.xyzw);
+    record.uv_surface_v = uintBitsToFloat(t7.xyzw);
+    record.uv_normal_u = uintBitsToFloat(t8.xyzw);
+    record.uv_normal_v = uintBitsToFloat(t9.xyzw);
+    record.uv_emissive_u = uintBitsToFloat(t10.xyzw);
+    record.uv_emissive_v = uintBitsToFloat(t11.xyzw);
+}
+
+void read_record(usampler2D records, uint i, out Light record) {
+    uvec4 t0 = record_texel(records, 4u * i + 0u);
+    uvec4 t1 = record_texel(records, 4u * i + 1u);
+    uvec4 t2 = record_texel(records, 4u * i + 2u);
+    uvec4 t3 = record_texel(records, 4u * i + 3u);
+    record.position = uintBitsToFloat(t0.xyz);
+    record.kind = t0.w;
+    record.direction = uintBitsToFloat(t1.xyz);
+    record.inverse_range = uintBitsToFloat(t1.w);
+    record.intensity = uintBitsToFloat(t2.xyz);
+    record.spot_scale = uintBitsToFloat(t2.w);
+    record.spot_offset = uintBitsToFloat(t3.x);
+    record.casts_shadow = t3.y;
+    record.unused0 = t3.z;
+    record.unused1 = t3.w;
+}
+
+void read_record(usampler2D records, uint i, out BvhNode record) {
+    uvec4 t0 = record_texel(records, 4u * i + 0u);
+    uvec4 t1 = record_texel(records, 4u * i + 1u);
+    uvec4 t2 = record_texel(records, 4u * i + 2u);
+    uvec4 t3 = record_texel(records, 4u * i + 3u);
+    record.x = uintBitsToFloat(t0.xyzw);
+    record.y = uintBitsToFloat(t1.xyzw);
+    record.z = uintBitsToFloat(t2.xyzw);
+    record.child = t3.xyzw;
+}
+
+void read_record(usampler2D records, uint i, out Object record) {
+    uvec4 t0 = record_texel(records, 13u * i + 0u);
+    uvec4 t1 = record_texel(records, 13u * i + 1u);
+    uvec4 t2 = record_texel(records, 13u * i + 2u);
+    uvec4 t3 = record_texel(records, 13u * i + 3u);
+    uvec4 t4 = record_texel(records, 13u * i + 4u);
+    uvec4 t5 = record_texel(records, 13u * i + 5u);
+    uvec4 t6 = record_texel(records, 13u * i + 6u);
+    uvec4 t7 = record_texel(records, 13u * i + 7u);
+    uvec4 t8 = record_texel(records, 13u * i + 8u);
+    uvec4 t9 = record_texel(records, 13u * i + 9u);
+    uvec4 t10 = record_texel(records, 13u * i + 10u);
+    uvec4 t11 = record_texel(records, 13u * i + 11u);
+    uvec4 t12 = record_texel(records, 13u * i + 12u);
+    record.to_world = mat4(uintBitsToFloat(t0), uintBitsToFloat(t1), uintBitsToFloat(t2), uintBitsToFloat(t3));
+    record.from_world = mat4(uintBitsToFloat(t4), uintBitsToFloat(t5), uintBitsToFloat(t6), uintBitsToFloat(t7));
+    record.to_previous = mat4(uintBitsToFloat(t8), uintBitsToFloat(t9), uintBitsToFloat(t10), uintBitsToFloat(t11));
+    record.root = t12.x;
+    record.unused0 = t12.y;
+    record.unused1 = t12.z;
+    record.unused2 = t12.w;
+}
+#endif

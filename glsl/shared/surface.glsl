@@ -19,11 +19,12 @@ const float ALPHA_GAIN_PER_LEVEL = 0.25;
 
 // Base colour; a: alpha to compare with the cut-off.
 vec4 base_color_at(uint material, vec2 uv, float footprint_uv) {
-    vec4 color = materials[material].base_color;
+    Material m = material_at(material);
+    vec4 color = m.base_color;
 #if TEXTURED
-    uint slot = materials[material].textures.x;
+    uint slot = m.textures.x;
     if (slot != NO_TEXTURE) {
-        Texel texel = texel_of(slot, materials[material].uv_base_u, materials[material].uv_base_v, uv, footprint_uv);
+        Texel texel = texel_of(slot, m.uv_base_u, m.uv_base_v, uv, footprint_uv);
         color *= read_color(texel);
         color.a *= 1.0 + ALPHA_GAIN_PER_LEVEL * texel.lod;
     }
@@ -34,7 +35,7 @@ vec4 base_color_at(uint material, vec2 uv, float footprint_uv) {
 // False where a masked material has a hole.
 bool alpha_passes(uint material, vec2 uv, float footprint_uv) {
 #if ALPHA_MASKED
-    float cutoff = materials[material].alpha_cutoff;
+    float cutoff = material_at(material).alpha_cutoff;
     return cutoff == 0.0 || base_color_at(material, uv, footprint_uv).a >= cutoff;
 #else
     return true;
@@ -45,12 +46,13 @@ bool alpha_passes(uint material, vec2 uv, float footprint_uv) {
 vec3 normal_at(uint material, float side, vec3 normal, vec4 tangent, vec2 uv, float footprint_uv) {
     vec3 n = normalize(normal);
 #if NORMAL_MAPPED
-    uint slot = materials[material].textures.z;
+    Material m = material_at(material);
+    uint slot = m.textures.z;
     if (slot != NO_TEXTURE) {
-        vec4 row_u = materials[material].uv_normal_u, row_v = materials[material].uv_normal_v;
+        vec4 row_u = m.uv_normal_u, row_v = m.uv_normal_v;
         Texel texel = texel_of(slot, row_u, row_v, uv, footprint_uv);
         vec3 bump = 2.0 * read_data(texel).xyz - 1.0;
-        bump.xy *= materials[material].normal_scale;
+        bump.xy *= m.normal_scale;
         vec3 t = tangent.xyz - n * dot(n, tangent.xyz);
         t *= inversesqrt(max(dot(t, t), 1e-12));
         n = normalize(t * bump.x + cross(n, t) * (tangent.w * bump.y) + n * max(bump.z, 1e-3));
@@ -61,11 +63,12 @@ vec3 normal_at(uint material, float side, vec3 normal, vec4 tangent, vec2 uv, fl
 
 vec3 emissive_at(uint material, vec2 uv, float footprint_uv) {
 #if EMISSIVE
-    vec3 radiance = materials[material].emissive;
+    Material m = material_at(material);
+    vec3 radiance = m.emissive;
 #if TEXTURED
-    uint slot = materials[material].textures.w;
+    uint slot = m.textures.w;
     if (slot != NO_TEXTURE) {
-        vec4 row_u = materials[material].uv_emissive_u, row_v = materials[material].uv_emissive_v;
+        vec4 row_u = m.uv_emissive_u, row_v = m.uv_emissive_v;
         radiance *= read_color(texel_of(slot, row_u, row_v, uv, footprint_uv)).rgb;
     }
 #endif
@@ -77,11 +80,12 @@ vec3 emissive_at(uint material, vec2 uv, float footprint_uv) {
 
 // x: metallic, y: roughness.
 vec2 metallic_roughness_at(uint material, vec2 uv, float footprint_uv) {
-    vec2 value = vec2(materials[material].metallic, materials[material].roughness);
+    Material m = material_at(material);
+    vec2 value = vec2(m.metallic, m.roughness);
 #if TEXTURED && LIT
-    uint slot = materials[material].textures.y;
+    uint slot = m.textures.y;
     if (slot != NO_TEXTURE) {
-        vec4 row_u = materials[material].uv_surface_u, row_v = materials[material].uv_surface_v;
+        vec4 row_u = m.uv_surface_u, row_v = m.uv_surface_v;
         value *= read_data(texel_of(slot, row_u, row_v, uv, footprint_uv)).bg;
     }
 #endif

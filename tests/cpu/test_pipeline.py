@@ -18,7 +18,7 @@ from app.frame.output import SHOW_KINDS, display_pass, resolve_pass, show_pass
 from app.frame.pipeline import CONVERGING, OF_MOTION, PASSES, VIEWS, color_target, frame_plan, linear_target
 from app.frame.records import FramePlan, Pass, split_read
 from app.frame.targets import BUFFERS, TARGETS
-from app.gpu.shaders import SUFFIXES
+from app.gpu.shaders import SUFFIXES, assemble, load_glsl
 from app.optics import IN_FOCUS_COC_PX
 from app.scene.facts import Facts
 from app.settings import Settings, from_dict, put, walk
@@ -268,3 +268,11 @@ def test_shader_files_exist_and_none_is_left_over() -> None:
             wanted += re.findall(r'^\s*#include\s+"([^"]+)"', files[file], re.MULTILINE)
     assert reached <= files.keys()
     assert files.keys() - reached == set()
+
+
+@pytest.mark.parametrize("step", ALL_PASSES, ids=lambda step: step.name)
+def test_a_pass_that_reads_the_scenes_records_is_compiled_for_where_they_are(step: Pass) -> None:
+    """`scene` hands a pass the defines that say so; without them it would look in an empty block."""
+    stages = (step.shader,) if step.shader.endswith(".comp") else (f"{step.shader}.vert", f"{step.shader}.frag")
+    texts = [assemble(stage, load_glsl(), {"OBJECTS": 1}).text for stage in stages]
+    assert step.scene or not any("RECORDS(" in text for text in texts)

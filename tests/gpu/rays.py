@@ -98,7 +98,7 @@ class MovingMesh:
     def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
         self.ctx, self.triangles = ctx, flatten(scene)
         self.order = np.zeros(0, np.uint32)
-        self.gpu = GpuScene(ctx, scene, self.triangles, self._tree)
+        self.gpu = GpuScene(ctx, scene, self.triangles, self._tree, textures=False)
         self.gpu.ensure_bvh()
 
     def _tree(self, progress: Progress | None) -> Bvh:

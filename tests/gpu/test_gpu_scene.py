@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from app.bvh.build import build_bvh
+from app.bvh.build import Bvh, build_bvh
 from app.errors import UserError
 from app.gpu.arrays import oriented, pack_lights, pack_materials, pack_vertices
 from app.gpu.context import leave_framebuffers
@@ -31,9 +31,16 @@ FLOOR = quad((-1, 0, 1), (2, 0, 0), (0, 0, -2))
 SUN = Light("sun", (1.0, 1.0, 1.0), 3.0, direction=(0.0, -1.0, 0.0))
 
 
-def gpu_scene(ctx: moderngl.Context, scene) -> GpuScene:
+EACH_STORAGE = pytest.mark.parametrize("textures", [False, True], ids=["blocks", "textures"])
+
+
+def gpu_scene(ctx: moderngl.Context, scene, textures: bool | None = None) -> GpuScene:
     triangles = flatten(scene)
-    return GpuScene(ctx, scene, triangles, lambda progress: build_bvh(triangles.positions, triangles.indices))
+
+    def load(progress: object) -> Bvh:
+        return build_bvh(triangles.positions, triangles.indices)
+
+    return GpuScene(ctx, scene, triangles, load, textures)
 
 
 def test_vertices_keep_what_they_were() -> None:
@@ -52,7 +59,7 @@ def test_a_device_that_cannot_place_objects_says_so() -> None:
 
     scene = moving(scene_of([FLOOR]), 0, slide=[(0, 0, 0), (1, 0, 0)])
     with pytest.raises(UserError, match="nothing moves"):
-        GpuScene(Bare(), scene, flatten(scene))  # type: ignore[arg-type]
+        GpuScene(Bare(), scene, flatten(scene), None, False)  # type: ignore[arg-type]
 
 
 def test_winding_follows_the_normals() -> None:
@@ -109,24 +116,29 @@ def test_colour_is_averaged_in_linear_light() -> None:
     np.testing.assert_allclose(srgb_decode(np.array([0, 0.04045, 0.5, 1])), [0, 0.0031308, 0.2140411, 1], atol=1e-6)
 
 
-def test_shaders_see_what_was_packed(ctx) -> None:
+@EACH_STORAGE
+def test_shaders_see_what_was_packed(ctx, textures: bool) -> None:
     """The GPU echoes fields at the start, middle and end of each struct through glsl/shared/scene.glsl."""
     light = Light("point", (1, 1, 1), 7.0, (4, 5, 6), range=2.0)
     scene = scene_of([FLOOR], [Material(roughness=0.25, emissive=(0, 0, 9), alpha_cutoff=0.5)], lights=[light])
-    gpu = gpu_scene(ctx, scene)
+    gpu = gpu_scene(ctx, scene, textures)
     kernel = """#include "shared/scene.glsl"
 layout(local_size_x = 1) in;
 layout(std430) writeonly buffer Echo { float echo[8]; };
 void main() {
-    echo = float[](vertices[2].px, vertices[2].v, float(vertices[3].material), materials[0].roughness,
-                   materials[0].emissive.z, materials[0].uv_emissive_v.y,
-                   lights[0].position.z, lights[0].inverse_range);
+    echo = float[](vertex_at(2u).px, vertex_at(2u).v, float(vertex_at(3u).material), material_at(0u).roughness,
+                   material_at(0u).emissive.z, material_at(0u).uv_emissive_v.y,
+                   light_at(0u).position.z, light_at(0u).inverse_range);
 }"""
     program = ctx.compute_shader(assemble("echo", {**load_glsl(), "echo": kernel}, {**gpu.defines, "TEXTURED": 0}).text)
     out = ctx.buffer(reserve=32)
     for binding, (name, block) in enumerate({**gpu.blocks, "Echo": out}.items()):
         program[name].binding = binding
         block.bind_to_storage_buffer(binding)
+    for unit, (name, texture) in enumerate(gpu.samplers.items()):
+        if name in program:
+            program[name] = unit
+            texture.use(unit)
     program.run(1)
     ctx.memory_barrier()
     np.testing.assert_allclose(np.frombuffer(out.read(), "f4"), [1, 1, 0, 0.25, 9, 1, 6, 0.5])
@@ -134,24 +146,25 @@ void main() {
         resource.release()
 
 
-def test_blocks_above_the_devices_limit_are_refused(ctx) -> None:
+@EACH_STORAGE
+def test_records_above_the_devices_limit_are_refused(ctx, textures: bool) -> None:
     scene = scene_of([FLOOR])
 
     class Small:
-        """A device with a block limit of 100 bytes."""
+        """A device with a block limit of 100 bytes, and no texture rows."""
 
         def __init__(self) -> None:
-            self.info = {**ctx.info, "GL_MAX_SHADER_STORAGE_BLOCK_SIZE": 100}
+            self.info = {**ctx.info, "GL_MAX_SHADER_STORAGE_BLOCK_SIZE": 100, "GL_MAX_TEXTURE_SIZE": 0}
 
         def __getattr__(self, name: str) -> object:
             return getattr(ctx, name)
 
     with pytest.raises(UserError, match=r"vertices need .* in one block, but this device allows"):
-        GpuScene(Small(), scene, flatten(scene))  # type: ignore[arg-type]
+        GpuScene(Small(), scene, flatten(scene), None, textures)  # type: ignore[arg-type]
 
 
 def test_rays_get_their_blocks_on_demand(ctx) -> None:
-    gpu = gpu_scene(ctx, scene_of([FLOOR]))
+    gpu = gpu_scene(ctx, scene_of([FLOOR]), textures=False)
     assert "BvhNodes" not in gpu.blocks
     assert "BVH_STACK" not in gpu.defines
     gpu.ensure_bvh()

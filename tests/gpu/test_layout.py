@@ -7,12 +7,25 @@ import numpy as np
 import pytest
 
 from app.data import data_dir
-from app.gpu.layout import FRAME, STRUCTS, STRUCTS_FILE, VERTEX, struct, struct_fields, struct_name, structs_glsl
+from app.gpu.layout import (
+    FRAME,
+    OBJECT,
+    RECORDS,
+    STRUCTS,
+    STRUCTS_FILE,
+    TEXELS_PER_ROW,
+    VERTEX,
+    struct,
+    struct_fields,
+    struct_name,
+    structs_glsl,
+)
+from app.gpu.records import RecordTexture
 from app.gpu.shaders import assemble, load_glsl
 
 EACH_STRUCT = pytest.mark.parametrize("dtype", STRUCTS, ids=struct_name)
 PARTS = {"2": "xy", "3": "xyz", "4": "xyzw"}
-RECORDS = 3  # more than one, so that the stride counts
+COUNT = 3  # more than one, so that the stride counts
 
 
 def parts(dtype: np.dtype) -> list[tuple[str, str]]:
@@ -46,9 +59,11 @@ def distinct(dtype: np.dtype, count: int) -> np.ndarray:
     return records
 
 
-def run(ctx: moderngl.Context, body: str, groups: int, **blocks: moderngl.Buffer) -> None:
+def run(
+    ctx: moderngl.Context, body: str, groups: int, defines: dict[str, object] | None = None, **blocks: moderngl.Buffer
+) -> None:
     kernel = f'#include "shared/structs.glsl"\nlayout(local_size_x = 1) in;\n{body}'
-    shader = ctx.compute_shader(assemble("<test>", {**load_glsl(), "<test>": kernel}).text)
+    shader = ctx.compute_shader(assemble("<test>", {**load_glsl(), "<test>": kernel}, defines).text)
     for binding, (name, buffer) in enumerate(blocks.items()):
         shader[name].binding = binding
         if name == "Uniforms":
@@ -66,9 +81,9 @@ def bits(expression: str, scalar: str) -> str:
 
 @EACH_STRUCT
 def test_the_gpu_reads_every_field_where_the_dtype_put_it(ctx: moderngl.Context, dtype: np.dtype) -> None:
-    records, fields = distinct(dtype, RECORDS), parts(dtype)
+    records, fields = distinct(dtype, COUNT), parts(dtype)
     source = ctx.buffer(records.tobytes())
-    echo = ctx.buffer(reserve=4 * len(fields) * RECORDS)
+    echo = ctx.buffer(reserve=4 * len(fields) * COUNT)
     stores = "\n".join(f"    echo[base + {i}u] = {bits(f'source[r].{e}', s)};" for i, (e, s) in enumerate(fields))
     body = f"""layout(std430) readonly buffer Source {{ {struct_name(dtype)} source[]; }};
 layout(std430) writeonly buffer Echo {{ uint echo[]; }};
@@ -76,19 +91,53 @@ void main() {{
     uint r = gl_WorkGroupID.x, base = r * {len(fields)}u;
 {stores}
 }}"""
-    run(ctx, body, RECORDS, Source=source, Echo=echo)
-    found = np.frombuffer(echo.read(), "<u4").reshape(RECORDS, -1)
+    run(ctx, body, COUNT, Source=source, Echo=echo)
+    found = np.frombuffer(echo.read(), "<u4").reshape(COUNT, -1)
     assert (found == flat(records)).all()
     assert len(np.unique(found)) == found.size
     source.release()
     echo.release()
 
 
+@pytest.mark.parametrize("dtype", RECORDS, ids=struct_name)
+def test_a_texture_of_records_reads_as_a_block_does(ctx: moderngl.Context, dtype: np.dtype) -> None:
+    """Whole records, also where one goes on in the next row of texels."""
+    fields, first = parts(dtype), TEXELS_PER_ROW // (dtype.itemsize // 16) - 1
+    expected = distinct(dtype, COUNT)
+    source = RecordTexture(ctx, np.concatenate([np.zeros(first, dtype), expected]).tobytes())
+    echo = ctx.buffer(reserve=4 * len(fields) * COUNT)
+    stores = "\n".join(f"    echo[base + {i}u] = {bits(f'record.{e}', s)};" for i, (e, s) in enumerate(fields))
+    body = f"""uniform usampler2D source;
+layout(std430) writeonly buffer Echo {{ uint echo[]; }};
+void main() {{
+    uint r = gl_WorkGroupID.x, base = r * {len(fields)}u;
+    {struct_name(dtype)} record;
+    read_record(source, {first}u + r, record);
+{stores}
+}}"""
+    source.texture.use(0)
+    run(ctx, body, COUNT, {"RECORDS_IN_TEXTURES": 1}, Echo=echo)
+    assert (np.frombuffer(echo.read(), "<u4").reshape(COUNT, -1) == flat(expected)).all()
+    source.release()
+    echo.release()
+
+
+def test_new_records_replace_the_first_ones_and_no_more(ctx: moderngl.Context) -> None:
+    row = TEXELS_PER_ROW * 16
+    for count in (1, row // OBJECT.itemsize + 2):  # less than a row of texels, and more
+        old, new = distinct(OBJECT, count + 5), distinct(OBJECT, count + 5)[::-1][:count]
+        texture = RecordTexture(ctx, old.tobytes())
+        texture.write(new.tobytes())
+        assert texture.read()[: old.nbytes] == new.tobytes() + old[count:].tobytes()
+        assert texture.size % row == 0
+        texture.release()
+
+
 @EACH_STRUCT
 def test_the_gpu_writes_every_field_where_the_dtype_reads_it(ctx: moderngl.Context, dtype: np.dtype) -> None:
-    expected, fields = distinct(dtype, RECORDS), parts(dtype)
+    expected, fields = distinct(dtype, COUNT), parts(dtype)
     values = ctx.buffer(flat(expected).tobytes())
-    made = ctx.buffer(bytes(dtype.itemsize * RECORDS))
+    made = ctx.buffer(bytes(dtype.itemsize * COUNT))
     read = {"float": "uintBitsToFloat(values[{}])", "int": "int(values[{}])", "uint": "values[{}]"}
     stores = "\n".join(f"    made[r].{e} = {read[s].format(f'base + {i}u')};" for i, (e, s) in enumerate(fields))
     body = f"""layout(std430) readonly buffer Values {{ uint values[]; }};
@@ -97,7 +146,7 @@ void main() {{
     uint r = gl_WorkGroupID.x, base = r * {len(fields)}u;
 {stores}
 }}"""
-    run(ctx, body, RECORDS, Values=values, Made=made)
+    run(ctx, body, COUNT, Values=values, Made=made)
     assert (flat(np.frombuffer(made.read(), dtype)) == flat(expected)).all()
     values.release()
     made.release()
