@@ -36,8 +36,8 @@ def trace_defines(settings: Settings, facts: Facts) -> Defines:
 
 
 def reconstruct_defines(settings: Settings, facts: Facts) -> Defines:
-    """The kernel: its size, and the aperture's shape."""
-    return (*lens_defines(settings, facts), ("RINGS", RECONSTRUCT_RINGS))
+    """The kernel's size."""
+    return (("RINGS", RECONSTRUCT_RINGS),)
 
 
 def smoothed(settings: Settings, facts: Facts) -> Need:
@@ -100,9 +100,25 @@ HYBRID = (
         needed=partly_occluded,
     ),
     Pass(
+        "mask_smooth_rows",
+        "dof/mask_smooth.comp",
+        reads=("guide=mask_guide",),
+        writes=("mask_smooth_row",),
+        defines=lambda s, f: (("AXIS", 0),),
+        needed=partly_occluded,
+    ),
+    Pass(
+        "mask_smooth_columns",
+        "dof/mask_smooth.comp",
+        reads=("guide=mask_smooth_row",),
+        writes=("mask_smooth",),
+        defines=lambda s, f: (("AXIS", 1),),
+        needed=partly_occluded,
+    ),
+    Pass(
         "mask_edges",
         "dof/mask_edges.comp",
-        reads=("mask_guide", "mask_slope", "tiles"),
+        reads=("mask_smooth", "mask_slope", "tiles"),
         writes=("mask_edges", "mask_tiles"),
         fills=("MaskReach",),
         needed=partly_occluded,
@@ -207,7 +223,7 @@ HYBRID = (
     Pass(
         "smoothing",
         "rays/smoothing.comp",
-        reads=("layer_state", "layer_coc", "layer_moments"),
+        reads=("layer_state", "layer_coc", "layer_moments", "kernel"),
         writes=("layer_smoothing",),
         needed=smoothed,
         defines=reconstruct_defines,
@@ -215,7 +231,7 @@ HYBRID = (
     Pass(
         "reconstruct",
         "rays/reconstruct.comp",
-        reads=("near_light", "far_light", "layer_state", "layer_coc", "layer_smoothing"),
+        reads=("near_light", "far_light", "layer_state", "layer_coc", "layer_smoothing", "kernel"),
         writes=("near_smooth", "far_smooth"),
         needed=smoothed,
         defines=reconstruct_defines,

@@ -48,6 +48,7 @@ def specular(settings: Settings, facts: Facts) -> bool:
 
 
 POST = (
+    Pass("kernel", "dof/kernel.comp", writes=("kernel",), needed=blurred, defines=lens_defines),
     Pass("tiles", "dof/tiles.comp", reads=("coc",), writes=("tiles",), group=(1, 1), needed=blurred),
     Pass(
         "dilate_rows",
@@ -76,7 +77,7 @@ POST = (
     Pass(
         "prefilter",
         "dof/prefilter.comp",
-        reads=("half_color",),
+        reads=("half_color", "kernel"),
         writes=("prefiltered",),
         needed=blurred,
         defines=gather_defines,
@@ -84,7 +85,7 @@ POST = (
     Pass(
         "gather",
         "dof/gather.comp",
-        reads=("prefiltered", "tiles_dilated"),
+        reads=("prefiltered", "tiles_dilated", "kernel"),
         optional=("half_specular",),
         writes=("near_gather", "far_gather"),
         writes_if=(("near_specular", specular),),
@@ -102,7 +103,7 @@ POST = (
     Pass(
         "post",
         "dof/post.comp",
-        reads=("lit", "coc", "near_blur", "far_blur", "half_color", "tiles_dilated"),
+        reads=("lit", "coc", "near_blur", "far_blur", "half_color", "tiles_dilated", "kernel"),
         optional=("near_specular",),
         writes=("post",),
         offers=("post_behind",),

@@ -28,6 +28,7 @@ class Target:
     dtype: Literal["f1", "f2", "f4"]
     meaning: str  # of a texel, with its unit
     scale: int = 1
+    fixed: tuple[int, int] | None = None  # (width, height) in texels, whatever the picture's size
     history: bool = False
     cleared: bool = False  # zeroed before each frame that writes it: passes that write only parts of it leave no past
     filter: Literal["nearest", "linear"] = "linear"

@@ -7,6 +7,10 @@ from .records import Buffer, Target
 # full-resolution px per side of a tile: small enough to class finely, large enough that a tile costs one work group
 TILE_PX = 16
 
+# most rings of a gather's kernel; row n of the target `kernel` holds the taps of one of n rings, twice: glsl/lib/kernel.glsl
+MOST_RINGS = 8
+KERNEL_SIZE = ((2 * MOST_RINGS + 1) ** 2, 2 * (MOST_RINGS + 1))
+
 # fmt: off
 TARGETS: dict[str, Target] = {
     t.name: t
@@ -22,6 +26,7 @@ TARGETS: dict[str, Target] = {
         Target("lit", 4, "f2", "radiance, linear; a: luminance of its specular part"),
         Target("coc", 1, "f4", "signed CoC radius, full-res px, negative in front of focus", filter="nearest", show="signed", range=(-20.0, 20.0)),
         # post-process
+        Target("kernel", 2, "f4", "points of the aperture, half lens diameters: a kernel a row, as many rings as the row's number", fixed=KERNEL_SIZE, filter="nearest", show="vector", range=(-1.0, 1.0)),
         Target("tiles", 2, "f4", "x: most negative, y: largest signed CoC in the tile, full-res px", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0)),
         Target("tiles_row", 2, "f4", "tiles after the horizontal half of the dilation", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0)),
         Target("tiles_dilated", 2, "f4", "x: most negative, y: largest CoC that reaches the tile, full-res px", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0)),
@@ -39,6 +44,8 @@ TARGETS: dict[str, Target] = {
         Target("scout", 2, "f4", "x: share of lens rays that hit near surfaces which the raster image does not hold; y: rays that say so", TILE_PX, history=True, filter="nearest", show="scalar"),
         Target("mask_guide", 4, "f4", "means over 2x2 px; xyz: world normal, w: CoC, px", 2, filter="nearest"),
         Target("mask_slope", 4, "f4", "x: most negative CoC of the 2x2 px; yz: what CoC changes along x and y per half-res px by the surface's own slope", 2, filter="nearest", show="signed", range=(-20.0, 20.0)),
+        Target("mask_smooth_row", 4, "f4", "mask_guide after the horizontal Gaussian", 2, filter="nearest"),
+        Target("mask_smooth", 4, "f4", "mask_guide after the Gaussian; xyz: normal, w: CoC, px", 2, filter="nearest"),
         Target("mask_edges", 2, "f2", "x: mask response of an edge, 0..1; y: how far its near blur reaches, half-res px", 2, filter="nearest", show="scalar"),
         Target("mask_tiles", 1, "f4", "largest reach of an edge in the tile, half-res px", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),
         Target("mask_reach_row", 1, "f4", "the same after the horizontal half of the dilation", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),

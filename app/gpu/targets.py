@@ -114,11 +114,16 @@ class Targets:
         self._framebuffers, self._textures, self._buffers, self._depth = {}, {}, {}, None
 
     def _make(self, target: Target) -> moderngl.Texture:
-        texture = self._ctx.texture(scaled(self.size, target.scale), target.components, dtype=target.dtype)
+        texture = self._ctx.texture(texels(target, self.size), target.components, dtype=target.dtype)
         texture.repeat_x = texture.repeat_y = False
         texture.filter = _FILTER[target.filter]
         texture.write(bytes(texture.width * texture.height * target.components * _BYTES[target.dtype]))
         return texture
+
+
+def texels(target: Target, size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of a target at a full resolution."""
+    return target.fixed or scaled(size, target.scale)
 
 
 def scaled(size: tuple[int, int], scale: int) -> tuple[int, int]:

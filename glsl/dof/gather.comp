@@ -52,7 +52,7 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n, Opening opening) {
     vec2 specular = vec2(0.0);
     float radius = kernel_px(splat_px2(nearest, opening), n, opening);
     for (int k = 0; k <= n; k++) {
-        Ring ring = ring_at(0, k, n, radius, frame.frame_index, opening);
+        Ring ring = ring_at(turned_kernel(n), k, radius, opening);
         // What a near surface hides is best guessed from what shows closest by: a weight that falls steeply, and so
         // faint that it counts only where no sample's own blur reaches.
         float guess = 1e-3 / (float(k * k * k * k) + 1.0);
@@ -81,7 +81,7 @@ vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
     vec4 fore = vec4(0.0), rest = vec4(0.0);
     float radius = kernel_px(splat_px2(own.a, opening), n, opening);
     for (int k = 0; k <= n; k++) {
-        Ring ring = ring_at(0, k, n, radius, frame.frame_index, opening);
+        Ring ring = ring_at(turned_kernel(n), k, radius, opening);
         for (int i = ring.first; i < ring.end; i++) {
             Tap place = tap_at(i, ring, opening);
             vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, place, -1.0, own.a, radius, opening), 0);
@@ -98,29 +98,17 @@ vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
     last = imageSize(out_near_gather) - 1;
-    bool inside = all(lessThanEqual(texel, last));
     vec2 reach = texelFetch(in_tiles_dilated, ivec2(gl_WorkGroupID.xy), 0).xy;
-    vec4 own = texelFetch(in_prefiltered, min(texel, last), 0);
+    vec4 own = texelFetch(in_prefiltered, texel, 0);
 
-    place_rim();
-    barrier();
+    if (any(greaterThan(texel, last))) return;
     Opening opening = opening_at(2.0 * (vec2(texel) + 0.5));
     Near near = Near(vec4(0.0), 0.0, vec4(0.0));
     if (-reach.x > HALF_RES_BEGIN_PX) {
-        int n = ring_count(-0.5 * reach.x, RINGS);
-        place_kernel(0, n, frame.frame_index);
-        barrier();
-        near = gather_near(texel, own, reach.x, n, opening);
-        barrier();
+        near = gather_near(texel, own, reach.x, ring_count(-0.5 * reach.x, RINGS), opening);
     }
     vec4 behind = near_layer_share(own.a) > 0.0 ? near.behind : vec4(own.rgb, 1.0);
-    if (reach.y > HALF_RES_BEGIN_PX) {
-        int n = ring_count(0.5 * reach.y, RINGS);
-        place_kernel(0, n, frame.frame_index);
-        barrier();
-        if (own.a > HALF_RES_BEGIN_PX) behind = gather_far(texel, own, n, opening);
-    }
-    if (!inside) return;
+    if (own.a > HALF_RES_BEGIN_PX) behind = gather_far(texel, own, ring_count(0.5 * reach.y, RINGS), opening);
     imageStore(out_near_gather, texel, near.layer);
     imageStore(out_far_gather, texel, behind.a > 0.0 ? vec4(behind.rgb / behind.a, 1.0) : vec4(own.rgb, 0.0));
 #if HAS_NEAR_SPECULAR

@@ -71,7 +71,6 @@ void main() {
     vec3 behind = sharp.rgb;
     float validity = 1.0;
 #if SLIGHT_FOCUS
-    place_taps();
     float radius = max(min(abs(own), HALF_RES_END_PX), clamp(-reach.x, 0.0, HALF_RES_END_PX));
     if (half_res < 1.0 && radius > IN_FOCUS_COC_PX) behind = slight_focus(in_lit, in_coc, nearest, own, radius);
 #endif

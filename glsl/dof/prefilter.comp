@@ -6,6 +6,7 @@
 // the open lens. Variances of blurs add, so the filter takes its own from the CoC's, but not on a surface so small that
 // it finds no neighbours to mix with: there it spreads nothing.
 #include "shared/frame.glsl"
+#include "dof/spacing.glsl"
 #include "dof/taps.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -16,10 +17,6 @@ const float FINE_RADIUS_HALF = 3.5;  // radius up to which two rings leave no ga
 const float ISOLATED = 0.5;  // part of the filter on its own surface: half on a straight edge, less on what is small
 
 void main() {
-    place_kernel(0, 2, 0u);
-    place_kernel(SMALL_TAPS, RINGS, 0u);
-    place_rim();
-    barrier();
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy), last = imageSize(out_prefiltered) - 1;
     if (any(greaterThan(texel, last))) return;
     vec4 own = texelFetch(in_half_color, texel, 0);
@@ -28,13 +25,12 @@ void main() {
         imageStore(out_prefiltered, texel, own);
         return;
     }
-    bool fine = 0.5 * radius <= FINE_RADIUS_HALF;
-    int n = fine ? 2 : RINGS, begin = fine ? 0 : SMALL_TAPS;
+    int n = 0.5 * radius <= FINE_RADIUS_HALF ? 2 : RINGS;
     Opening opening = opening_at(2.0 * (vec2(texel) + 0.5));
     vec3 sum = own.rgb;
     float weight = 1.0, all = 1.0;
     for (int k = 1; k <= n; k++) {
-        Ring ring = ring_at(begin, k, n, radius, 0u, opening);
+        Ring ring = ring_at(still_kernel(n), k, radius, opening);
         for (int i = ring.first; i < ring.end; i++) {
             Tap place = tap_at(i, ring, opening);
             vec2 offset_px = radius * (place.point - opening.middle);

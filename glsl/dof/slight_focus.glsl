@@ -7,16 +7,6 @@
 #include "dof/taps.glsl"
 
 const float ONE_RING_PX = 2.0;  // radius up to which 8 taps resolve the disc: none is farther than 1.3 px from the next
-const int ONE_RING_TAPS = 9;
-const int TWO_RINGS = ONE_RING_TAPS;  // where their taps begin
-
-// Places the kernels of one ring and of two; the whole work group calls it.
-void place_taps() {
-    place_kernel(0, 1, frame.frame_index);
-    place_kernel(TWO_RINGS, 2, frame.frame_index);
-    place_rim();
-    barrier();
-}
 
 // The nearest pixel of a tap blurs by this variance [px^2] along each axis, which the splat gives up, as in
 // gather.comp.
@@ -25,13 +15,13 @@ const float NEAREST_VARIANCE_PX2 = 1.0 / 12.0;
 // Radiance at `pixel` of CoC `own` [px], from a kernel of `radius` px.
 vec3 slight_focus(sampler2D radiance, sampler2D circle, ivec2 pixel, float own, float radius) {
     float side = own > 0.0 ? 1.0 : -1.0;
-    int n = radius <= ONE_RING_PX ? 1 : 2, begin = n == 1 ? 0 : TWO_RINGS;
+    int n = radius <= ONE_RING_PX ? 1 : 2;
     ivec2 last = textureSize(circle, 0) - 1;
     Opening opening = opening_at(vec2(pixel) + 0.5);
     radius = kernel_px(shrunk_px2(radius, NEAREST_VARIANCE_PX2, opening.spread), n, opening);
     vec4 sum = vec4(0.0);
     for (int k = 0; k <= n; k++) {
-        Ring ring = ring_at(begin, k, n, radius, frame.frame_index, opening);
+        Ring ring = ring_at(turned_kernel(n), k, radius, opening);
         for (int i = ring.first; i < ring.end; i++) {
             // Only the own pixel's side of focus has its kernel's orientation right; within 4 px the other side's
             // mirror image is not told apart.

@@ -1,7 +1,5 @@
 // How sparse the gather's kernel is, for the passes that make up for it.
 
-const int KERNEL_TAPS = (2 * RINGS + 1) * (2 * RINGS + 1);
-
 // Distance of neighbouring rings of a kernel of `radius`, in the radius' unit.
 float ring_spacing(float radius) {
     return radius / (float(RINGS) + 0.5);

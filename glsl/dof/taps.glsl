@@ -6,10 +6,13 @@
 #include "shared/frame.glsl"
 #include "lib/kernel.glsl"
 #include "lib/splat.glsl"
-#include "dof/spacing.glsl"
 
-const int SMALL_TAPS = 25;                       // of a kernel of two rings
-shared vec2 taps[SMALL_TAPS + KERNEL_TAPS];      // points of the aperture; each pass places its own kernels
+uniform sampler2D in_kernel;  // points of the aperture, half lens diameters: kernel.comp
+
+struct Kernel {
+    int rings, row;       // of the target `kernel`
+    uint index_of_frame;  // that turned it
+};
 
 // What is open of the lens, seen from one pixel.
 struct Opening {
@@ -20,7 +23,7 @@ struct Opening {
 };
 
 struct Ring {
-    int first, end;                 // its taps: first to end - 1
+    int row, first, end;            // its taps: first to end - 1 of a row of the target `kernel`
     float inner2, outer2, spacing;  // squares of its rims, px^2; distance of the kernel's rings, px
     float gauge;                    // of its taps: where between the aperture's centre, 0, and rim, 1, they lie
     vec2 open;                      // mean of the square and of the fourth power of its taps' openness
@@ -31,36 +34,27 @@ struct Tap {
     vec2 weight;  // its part of the ring's light: of what grows with the splat's area, and with the area's square
 };
 
-// Fills taps[begin..] with a kernel of n rings; the whole work group calls it, and waits before it reads.
-void place_kernel(int begin, int n, uint index_of_frame) {
-    for (int i = int(gl_LocalInvocationIndex); i < kernel_taps(n); i += 64) {
-        taps[begin + i] = kernel_tap(i, n, index_of_frame, BLADES, frame.lens_rotation, frame.lens_anamorphic);
-    }
+// The kernel of n rings as this frame turns it, or as every frame has it.
+Kernel turned_kernel(int n) { return Kernel(n, n, frame.frame_index); }
+Kernel still_kernel(int n) { return Kernel(n, UNTURNED + n, 0u); }
+
+vec2 aperture_tap(int row, int i) {
+    return texelFetch(in_kernel, ivec2(i, row), 0).xy;
 }
 
 #if CAT_EYE
-const int RIM_POINTS = 16;  // enough for a centroid that only places what the kernel is smaller than its splats
-shared vec2 rim[RIM_POINTS];
-
-// Fills `rim`, evenly by area swept; as place_kernel.
-void place_rim() {
-    int i = int(gl_LocalInvocationIndex);
-    if (i >= RIM_POINTS) return;
-    float turn = (float(i) + 0.5) / float(RIM_POINTS);
-    rim[i] = aperture_point(turn, 1.0, BLADES, frame.lens_rotation, frame.lens_anamorphic);
-}
-
 // Seen from a point of the image. In a sector of the aperture that is open as far as o, the enclosed area t goes to o^2
 // and a point's distance with its root; the area weight 1 + s (2t - 1) gives each moment an even and an aberrated part.
 Opening opening_at(vec2 image_px) {
     vec2 shift = barrel_shift(image_px, frame.size_px, frame.lens_cat_eye), middle = vec2(0.0);
     float s = frame.lens_aberration, light = 0.0, aberrated = 0.0, square = 0.0;
     for (int i = 0; i < RIM_POINTS; i++) {
-        float open = min(1.0, barrel_reach(rim[i], shift)), open2 = open * open;
+        vec2 rim = aperture_tap(0, i);
+        float open = min(1.0, barrel_reach(rim, shift)), open2 = open * open;
         light += open2 * mix(1.0, open2, s);
         aberrated += open2 * open2 * s;
-        middle += open2 * open * mix(2.0 / 3.0, 4.0 / 5.0 * open2, s) * rim[i];
-        square += open2 * open2 * mix(1.0 / 2.0, 2.0 / 3.0 * open2, s) * dot(rim[i], rim[i]);
+        middle += open2 * open * mix(2.0 / 3.0, 4.0 / 5.0 * open2, s) * rim;
+        square += open2 * open2 * mix(1.0 / 2.0, 2.0 / 3.0 * open2, s) * dot(rim, rim);
     }
     light = max(light, 1e-6);  // a pinhole's worth, in the very corner
     middle /= light;
@@ -71,8 +65,6 @@ float openness(vec2 point, float gauge, vec2 shift) {
     return gauge == 0.0 ? 1.0 : min(1.0, gauge * barrel_reach(point, shift));
 }
 #else
-void place_rim() {}
-
 Opening opening_at(vec2 image_px) {
     float s = frame.lens_aberration;
     return Opening(vec2(0.0), vec2(0.0), s, lens_spread(BLADES, frame.lens_anamorphic, s));
@@ -86,16 +78,16 @@ float kernel_px(float radius2, int n, Opening opening) {
     return sqrt(radius2 * (1.0 + max(opening.aberration, 0.0) * 2.0 / (3.0 * rims * rims)));
 }
 
-// Ring k of a kernel of n rings and of `radius` px whose taps begin at `begin`.
-Ring ring_at(int begin, int k, int n, float radius, uint index_of_frame, Opening opening) {
+// Ring k of a kernel of `radius` px.
+Ring ring_at(Kernel kernel, int k, float radius, Opening opening) {
+    int n = kernel.rings, first = first_tap(k), end = first + ring_taps(k);
     float inner = k == 0 ? 0.0 : radius * ring_rim(k - 1, n), outer = radius * ring_rim(k, n);
-    int first = begin + first_tap(k), end = first + ring_taps(k);
-    Ring ring = Ring(first, end, inner * inner, outer * outer, radius / (float(n) + 0.5), 0.0, vec2(1.0));
+    Ring ring = Ring(kernel.row, first, end, inner * inner, outer * outer, radius / (float(n) + 0.5), 0.0, vec2(1.0));
 #if CAT_EYE
-    ring.gauge = tap_gauge(k, n, index_of_frame);
+    ring.gauge = tap_gauge(k, n, kernel.index_of_frame);
     ring.open = vec2(0.0);
     for (int i = first; i < end; i++) {
-        float open = openness(taps[i], ring.gauge, opening.shift), open2 = open * open;
+        float open = openness(aperture_tap(ring.row, i), ring.gauge, opening.shift), open2 = open * open;
         ring.open += vec2(open2, open2 * open2) / float(end - first);
     }
 #endif
@@ -103,12 +95,12 @@ Ring ring_at(int begin, int k, int n, float radius, uint index_of_frame, Opening
 }
 
 Tap tap_at(int i, Ring ring, Opening opening) {
-    vec2 even = vec2(1.0 / float(ring.end - ring.first));
+    vec2 even = vec2(1.0 / float(ring.end - ring.first)), point = aperture_tap(ring.row, i);
 #if CAT_EYE
-    float open = openness(taps[i], ring.gauge, opening.shift), open2 = open * open;
-    return Tap(open * taps[i], even * vec2(open2, open2 * open2) / max(ring.open, 1e-12));
+    float open = openness(point, ring.gauge, opening.shift), open2 = open * open;
+    return Tap(open * point, even * vec2(open2, open2 * open2) / max(ring.open, 1e-12));
 #else
-    return Tap(taps[i], even);
+    return Tap(point, even);
 #endif
 }
 

@@ -2,6 +2,10 @@
 // (Jimenez 2014). Float64 twins: tests/gpu/post_twin.py.
 #include "lib/lens.glsl"
 
+const int MOST_RINGS = 8;             // that a kernel may have
+const int UNTURNED = MOST_RINGS + 1;  // rows of the target `kernel` before those of frame 0's kernels
+const int RIM_POINTS = 16;            // evenly by area swept: enough for a centroid
+
 const float GOLDEN = 0.618033989;   // turns of the golden angle: successive rotations never repeat
 const float ROOT = 0.414213562;     // sqrt(2) - 1: independent of GOLDEN and of the jitter's step (app/sampling.py: r2)
 

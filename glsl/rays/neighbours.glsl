@@ -4,6 +4,7 @@
 #include "lib/kernel.glsl"
 #include "lib/reconstruct.glsl"
 
+uniform sampler2D in_kernel;  // points of the aperture, half lens diameters
 uniform sampler2D in_layer_state;
 uniform sampler2D in_layer_coc;
 
@@ -36,8 +37,7 @@ vec2 layer_radius(vec2 coc) {
 
 // Offset [half-res px] of tap i; taps come in opposite pairs, so that what p takes from q, q takes from p.
 ivec2 tap_offset(int i, int rings, float reach) {
-    vec2 tap = kernel_tap(i, rings, frame.frame_index, BLADES, frame.lens_rotation, frame.lens_anamorphic);
-    return ivec2(round(reach * tap));
+    return ivec2(round(reach * texelFetch(in_kernel, ivec2(i, rings), 0).xy));
 }
 
 // Weight of a sample of `state` and CoC `coc` [px], `distance` full-res px away, for the near and the far layer of

@@ -11,12 +11,12 @@ from app import optics
 from app.bvh import pack
 from app.frame import hybrid
 from app.frame.output import SHOW_KINDS
-from app.frame.targets import TILE_PX
+from app.frame.targets import MOST_RINGS, TILE_PX
 from app.gpu import arrays
 from app.gpu.shaders import load_glsl
 from app.gpu.textures import NO_TEXTURE
 from app.panel.colormap import DIVERGING
-from app.settings import ToneMap
+from app.settings import Settings, ToneMap, walk
 from tests.gpu import hybrid_twin, post_twin
 
 _FILES = {name: re.sub(r"//[^\n]*", "", text) for name, text in load_glsl().items()}
@@ -38,6 +38,7 @@ def found(file: str) -> dict[str, str]:
     ("file", "name", "expected"),
     [
         ("lib/coc.glsl", "SKY_DEPTH", optics.SKY_DEPTH),
+        ("lib/kernel.glsl", "MOST_RINGS", MOST_RINGS),
         ("lib/coc.glsl", "IN_FOCUS_COC_PX", optics.IN_FOCUS_COC_PX),
         ("lib/pi.glsl", "PI", np.pi),
         ("lib/tile_reach.glsl", "TILE_PX", TILE_PX),
@@ -97,3 +98,8 @@ def test_no_constant_is_defined_twice_for_one_shader() -> None:
         for name in found(file):
             assert name not in owners, f"{name} stands in {owners[name]} and in {file}"
             owners[name] = file
+
+
+def test_the_largest_kernel_that_can_be_asked_for_has_a_row() -> None:
+    (rings,) = (leaf for path, leaf, _ in walk(Settings()) if path == "post.rings")
+    assert max(rings.metadata["high"], hybrid.RECONSTRUCT_RINGS) <= MOST_RINGS

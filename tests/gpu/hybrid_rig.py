@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from app.frame.hybrid import HYBRID
+from app.frame.post import POST
 from app.frame.records import Call, Pass, split_read
 from app.frame.targets import TARGETS
 from app.gpu.layout import FRAME
@@ -17,8 +18,9 @@ from app.scene.facts import Facts
 from app.settings import Settings
 
 _NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
-PASSES = {step.name: step for step in HYBRID}
-MASKING = ("mask_guide", "mask_edges", "reach_rows", "reach_columns", "mask_coarse", "mask_rows", "mask")
+PASSES = {step.name: step for step in (*POST, *HYBRID)}
+SMOOTHING = ("mask_smooth_rows", "mask_smooth_columns")
+MASKING = ("mask_guide", *SMOOTHING, "mask_edges", "reach_rows", "reach_columns", "mask_coarse", "mask_rows", "mask")
 BUDGETING = ("ray_budget", "ray_list")
 
 
@@ -54,7 +56,7 @@ class HybridRig:
         self._block.write(self._frame(frame).tobytes())
         for name in {block for n in names for block in PASSES[n].fills}:
             self.targets.begin_buffer(name)
-        for name in names:
+        for name in ("kernel", *names):
             self._run(PASSES[name])
             self._given |= {*PASSES[name].writes}
             self._ctx.memory_barrier()

@@ -192,8 +192,8 @@ def mask_gradient(normal: Array, coc: Array, smoothing_px: float) -> Array:
     wanted = [np.arange(-reach, n + reach) for n in guide.shape[:2]]
     within = [np.clip(i, 0, n - 1) for i, n in zip(wanted, guide.shape)]
     mirror = [np.clip(2 * j - i, 0, n - 1) for i, j, n in zip(wanted, within, guide.shape)]
-    padded = guide[np.ix_(*within)]
-    padded[..., 3] = 2.0 * padded[..., 3] - guide[..., 3][np.ix_(*mirror)]  # a plane goes on beyond the picture
+    beside = 2.0 * guide[within[0]] - guide[mirror[0]]  # a plane goes on beyond the picture
+    padded = 2.0 * beside[:, within[1]] - beside[:, mirror[1]]
     smooth = correlate(correlate(padded, gauss, 1), gauss, 0)
     dx = correlate(correlate(smooth, _DERIVATIVE, 1), _SMOOTHING, 0) / _RAMP
     dy = correlate(correlate(smooth, _SMOOTHING, 1), _DERIVATIVE, 0) / _RAMP

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.errors import UserError
 from app.frame.targets import BUFFERS, TARGETS
-from app.gpu.targets import Targets, buffer_bytes, scaled
+from app.gpu.targets import Targets, buffer_bytes, scaled, texels
 from app.optics import SKY_DEPTH
 
 SIZES = [(1, 1), (3, 2), (17, 33), (160, 90), (161, 91)]
@@ -38,7 +38,7 @@ def test_every_target_has_its_shape_type_and_zeroes_at_every_size(ctx: moderngl.
     for size in SIZES:
         targets = Targets(ctx, size)
         values = targets.read(name)
-        width, height = scaled(size, target.scale)
+        width, height = texels(target, size)
         assert values.shape == (height, width, target.components)
         assert values.dtype == {"f1": np.uint8, "f2": np.float16, "f4": np.float32}[target.dtype]
         assert not values.any()
