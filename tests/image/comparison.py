@@ -10,16 +10,22 @@ from PIL import Image, ImageDraw, ImageFont
 Box = tuple[int, int, int, int]  # left, top, right, bottom, px from the top left
 
 LABELS = ("post-process", "hybrid", "ray-traced")
-DETAIL: Box = (262, 66, 402, 206)  # at 640x360: leaves before vase, wall and lights
+DETAIL: Box = (262, 66, 402, 206)  # of still-life at 640x360: leaves before vase, wall and lights
+TRAIN: Box = (140, 40, 280, 180)  # of toy-train at 640x360: a blurred wheel before houses and lights
 ZOOM = 3
 GAP = 6  # px between the details
 LABEL_HEIGHT = 28  # px
 TEXT, PAPER = (20, 20, 20), (255, 255, 255)
 
 
-def side_by_side(pictures: list[np.ndarray]) -> np.ndarray:
+def still_life(pictures: list[np.ndarray]) -> np.ndarray:
     """One detail of each picture (h, w, 3) uint8, in the order of LABELS."""
     return contact_sheet(pictures, LABELS, DETAIL, ZOOM, len(LABELS))
+
+
+def toy_train(pictures: list[np.ndarray]) -> np.ndarray:
+    """The same of the other scene."""
+    return contact_sheet(pictures, LABELS, TRAIN, ZOOM, len(LABELS))
 
 
 def contact_sheet(

@@ -66,7 +66,7 @@ SUBJECTS = (
     Subject("plant", ROOM, (60, 100, 200, 240), "greywhite_room_plant.json", unlit=True, moves="camera"),
     Subject("living", LIVING, (60, 200, 200, 340), "modern_living_room_partial.json", unlit=True),
     Subject("still-life", "still-life", comparison.DETAIL, moves="camera"),
-    Subject("toy-train", "toy-train", (140, 40, 280, 180), moves="objects"),
+    Subject("toy-train", "toy-train", comparison.TRAIN, moves="objects"),
 )
 IN_MOTION = tuple(subject for subject in SUBJECTS if subject.moves)
 

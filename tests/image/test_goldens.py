@@ -1,4 +1,4 @@
-"""Each picture of the default scene is the one that was approved. Only `make approve` writes to screenshots/."""
+"""Each picture of a built-in scene is the one that was approved. Only `make approve` writes to screenshots/."""
 
 from __future__ import annotations
 
