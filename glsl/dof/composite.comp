@@ -10,6 +10,7 @@
 // almost all rays hit near. Bright specular bokeh of near surfaces stays the post-process'. The mask's feather hides
 // its edge.
 #include "shared/frame.glsl"
+#include "lib/catmull_rom.glsl"
 #include "lib/coc.glsl"
 #include "lib/hit_layers.glsl"
 #include "lib/splat.glsl"
@@ -34,6 +35,11 @@ uniform sampler2D in_far_light;
 uniform sampler2D in_layer_state;
 layout(rgba16f) uniform writeonly image2D out_hybrid;
 
+// Part of the cubic, the rest is linear. What the range takes off its negative lobes is light gained: 1.4 % of a bokeh
+// with a bright rim, 2.3 % if the cubic were all; of what it mends, four fifths are mended here.
+const float SHARPNESS = 0.6;
+const float LEAST_WEIGHT = 1e-3;  // of the texels that hold anything: less is a rim where negative lobes outweigh them
+
 // The traced layers at a full-res pixel.
 struct Traced {
     vec4 near;    // premultiplied; a: share of light that it holds back from what lies behind
@@ -42,23 +48,38 @@ struct Traced {
     float held;   // 0..1: part of the pixel's neighbourhood that holds any
 };
 
+// Half resolution is upsampled with a cubic, which keeps the rims of bright discs where they are, within the range of
+// the four texels around, so that it makes no halo. Texels that hold nothing do not count.
 Traced traced_at(vec2 half_position) {
     ivec2 last = textureSize(in_layer_state, 0) - 1, corner = ivec2(floor(half_position - 0.5));
     vec2 f = half_position - 0.5 - vec2(corner);
-    Traced sum = Traced(vec4(0.0), vec4(0.0), 0.0, 0.0);
-    for (int i = 0; i < 4; i++) {
-        ivec2 step = ivec2(i & 1, i >> 1), texel = clamp(corner + step, ivec2(0), last);
-        vec2 bilinear = mix(1.0 - f, f, vec2(step));
+    vec4 near = vec4(0.0), near_low = vec4(LARGEST_RADIANCE), near_high = vec4(0.0);
+    vec4 far = vec4(0.0), far_low = vec4(LARGEST_RADIANCE), far_high = vec4(0.0);
+    float weight = 0.0, ratio = 0.0, held = 0.0;
+    for (int i = 0; i < 16; i++) {
+        ivec2 step = ivec2(i % 4, i / 4) - 1, texel = clamp(corner + step, ivec2(0), last);
         vec4 state = texelFetch(in_layer_state, texel, 0);
-        float w = state.w > 0.0 ? bilinear.x * bilinear.y : 0.0;
-        if (w == 0.0) continue;
-        sum.near += w * texelFetch(NEAR, texel, 0);
-        sum.far += w * texelFetch(FAR, texel, 0);
-        sum.ratio += w * state.z;
-        sum.held += w;
+        if (state.w == 0.0) continue;
+        vec4 near_there = texelFetch(NEAR, texel, 0), far_there = texelFetch(FAR, texel, 0);
+        vec2 away = abs(f - vec2(step));
+        float linear = max(1.0 - away.x, 0.0) * max(1.0 - away.y, 0.0);
+        float cubic = mix(linear, catmull_rom(away.x) * catmull_rom(away.y), SHARPNESS);
+        near += cubic * near_there;
+        far += cubic * far_there;
+        weight += cubic;
+        if (linear == 0.0) continue;
+        ratio += linear * state.z;
+        held += linear;
+        near_low = min(near_low, near_there);
+        near_high = max(near_high, near_there);
+        far_low = min(far_low, far_there);
+        far_high = max(far_high, far_there);
     }
-    float total = max(sum.near.a + sum.far.a, 1e-6);
-    return Traced(sum.near / total, sum.far / total, sum.ratio / max(sum.held, 1e-6), sum.held);
+    if (held == 0.0) return Traced(vec4(0.0), vec4(0.0), 0.0, 0.0);
+    near = clamp(near / max(weight, LEAST_WEIGHT), near_low, near_high);
+    far = clamp(far / max(weight, LEAST_WEIGHT), far_low, far_high);
+    float total = max(near.a + far.a, 1e-6);
+    return Traced(near / total, far / total, ratio / held, held);
 }
 
 void main() {

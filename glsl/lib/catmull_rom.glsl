@@ -1,4 +1,11 @@
-// History resampling and clipping. Float64 twins: tests/gpu/shading_twin.py.
+// Resampling with the interpolating cubic of Catmull and Rom 1974, which keeps values, slopes and means where a linear
+// one blurs; and clipping of history. Float64 twins: tests/gpu/shading_twin.py, tests/gpu/hybrid_twin.py.
+
+// Weight of a sample `x` sample distances away; 0 from 2 on.
+float catmull_rom(float x) {
+    x = min(abs(x), 2.0);
+    return x < 1.0 ? 1.0 + x * x * (1.5 * x - 2.5) : 2.0 + x * (-4.0 + x * (2.5 - 0.5 * x));
+}
 
 // Catmull-Rom weights of the four texels around fraction f, the middle two merged into one bilinear fetch at offset12
 // from the base texel.

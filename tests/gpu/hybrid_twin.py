@@ -95,6 +95,13 @@ def planned_rays(level: ArrayLike, scale: ArrayLike, fewest: float, most: float)
     return np.clip(np.asarray(scale) * np.asarray(level, np.float64), fewest, most)
 
 
+def catmull_rom(x: ArrayLike) -> Array:
+    """Weight of a sample `x` sample distances away under the interpolating cubic."""
+    x = np.abs(np.asarray(x, np.float64))
+    inner, outer = 1.5 * x**3 - 2.5 * x**2 + 1.0, -0.5 * x**3 + 2.5 * x**2 - 4.0 * x + 2.0
+    return np.where(x < 1.0, inner, np.where(x < 2.0, outer, 0.0))
+
+
 def near_share(coc: ArrayLike, in_focus_px: float, blend: ArrayLike) -> Array:
     """Part of a hit at signed CoC radius `coc` [px] that belongs to the near layer."""
     return smoothstep(0.0, 1.0, (-np.asarray(coc, np.float64) - in_focus_px) / np.asarray(blend))

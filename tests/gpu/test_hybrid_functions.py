@@ -1,4 +1,4 @@
-"""glsl/lib/{mask,hit_layers,reconstruct,gradient}.glsl against their float64 twins."""
+"""glsl/lib/{mask,hit_layers,reconstruct,gradient,catmull_rom}.glsl against their float64 twins."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ FILES = {
     "lib/mask.glsl": OF_MASK,
     "lib/reconstruct.glsl": OF_RECONSTRUCT,
     "lib/gradient.glsl": OF_GRADIENT,
+    "lib/catmull_rom.glsl": ("catmull_rom",),
 }  # the rest: lib/hit_layers.glsl
 
 CASES = {
@@ -61,6 +62,7 @@ CASES = {
         np.where(RNG.random(N) < 0.1, -1.0, 0.5 * RNG.random(N)),
         np.where(RNG.random(N) < 0.1, 0.0, 10.0 * RNG.random(N)),
     ),
+    "float catmull_rom(float a)": (twin.catmull_rom, RNG.uniform(-3.0, 3.0, N)),
     "float near_share(float a, float b, float c)": (twin.near_share, COC, IN_FOCUS_COC_PX, RNG.uniform(0.05, 8.0, N)),
     "float raster_share(float a, float b, float c)": (twin.raster_share, 0.1 * COC, IN_FOCUS_COC_PX, 1.0),
     "float post_far_share(float a, float b)": (twin.post_far_share, UNIT, 0.9),
@@ -119,6 +121,14 @@ def test_a_plane_is_no_slope_beside_its_own(ctx: moderngl.Context) -> None:
     got = call_glsl(ctx, "lib/mask.glsl", "float own_slope(vec3 a)", differences)
     np.testing.assert_array_equal(got, twin.own_slope(differences))
     assert twin.own_slope([[2.0, 2.0, 2.0], [0.1, 9.0, 0.1], [1.0, -1.0, 1.0]]).tolist() == [2.0, 0.1, 0.0]
+
+
+def test_the_upsampling_keeps_values_means_and_slopes() -> None:
+    taps, at = np.arange(-3, 4), np.linspace(0.0, 1.0, 101)[:, None]
+    weights = twin.catmull_rom(at - taps)
+    assert (twin.catmull_rom(taps) == (taps == 0)).all()
+    np.testing.assert_allclose(weights.sum(1), 1.0, atol=1e-15)
+    np.testing.assert_allclose(weights @ taps, at[:, 0], atol=1e-15)
 
 
 def test_in_focus_surfaces_never_enter_the_near_layer() -> None:
