@@ -129,6 +129,12 @@ class Renderer:
         assert self.plan is not None, "draw a frame first"
         return np.ascontiguousarray(self.read(linear_target(self.plan))[::-1, :, :3])
 
+    def linear_texture(self) -> moderngl.Texture:
+        """The same on the GPU, bottom row first, for reading before the next frame is drawn."""
+        assert self.plan is not None, "draw a frame first"
+        target = linear_target(self.plan)
+        return self._targets.texture(target, previous=TARGETS[target].history)
+
     def depth_at(self, x: int, y: int) -> float:
         """Planar depth [m] under a pixel counted from the top left; SKY_DEPTH where nothing is. Needs a frame that drew
         a G-buffer.

@@ -1,38 +1,32 @@
 """Trees on disk, keyed by what they were built from, so that a scene opens quickly the second time.
 
-The cache may fail in any way (unreadable, corrupt, read-only, full, removed while in use): the tree is then built, and
-a note says why. It never stops the program.
+Where the cache fails (app/cache.py), the tree is built, and a note says why.
 """
 
 from __future__ import annotations
 
-import os
-import tempfile
-import zipfile
-from contextlib import suppress
 from dataclasses import asdict
 from hashlib import blake2b
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from platformdirs import user_cache_dir
 
+from ..cache import CACHE_VARIABLE, FAILURES, cache_folder, drop_oldest, used, write_arrays
 from . import build
 from .build import Bvh, BvhStats, Progress, build_bvh
 from .pack import BVH_NODE
 from .split import F32
 
-CACHE_VARIABLE = "HYBRID_DOF_CACHE"  # environment: another folder than the user's cache
+__all__ = ["CACHE_VARIABLE", "cache_dir", "cached_tree", "content_key", "load_or_build"]
+
 SIZE_LIMIT = 2 << 30  # bytes: about 30 scenes of a million triangles
 _SUFFIX = ".bvh.npz"
-# What reading or writing a damaged or forbidden file raises; zipfile checks a checksum of every array.
-_FAILURES = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
 
 
 def cache_dir() -> Path:
     """The folder trees are kept in; it need not exist."""
-    return Path(os.environ.get(CACHE_VARIABLE) or user_cache_dir("hybrid-dof", appauthor=False)) / "bvh"
+    return cache_folder("bvh")
 
 
 def load_or_build(
@@ -47,16 +41,15 @@ def load_or_build(
     if path.is_file():
         try:
             bvh = _read(path, len(indices))
-            with suppress(OSError):
-                os.utime(path)  # the oldest go first: count this as a use
+            used(path)
             return bvh, ()
-        except _FAILURES as error:
+        except FAILURES as error:
             notes.append(f"the cached ray hierarchy {path.name} is unreadable and was built again ({error})")
     bvh = build_bvh(positions, indices, progress)
     try:
         _write(path, bvh)
-        _drop_oldest(path.parent, SIZE_LIMIT)
-    except _FAILURES as error:
+        drop_oldest(path.parent, _SUFFIX, SIZE_LIMIT)
+    except FAILURES as error:
         notes.append(f"the ray hierarchy could not be cached ({error})")
     return bvh, tuple(notes)
 
@@ -85,26 +78,5 @@ def _read(path: Path, triangles: int) -> Bvh:
 
 
 def _write(path: Path, bvh: Bvh) -> None:
-    """Written beside its place and renamed: a reader sees the whole file or none."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            nodes = bvh.nodes.view(np.uint8).reshape(len(bvh.nodes), BVH_NODE.itemsize)
-            np.savez(file, nodes=nodes, order=bvh.order, depth=bvh.depth, **asdict(bvh.stats))
-        os.replace(temporary, path)
-    except BaseException:
-        with suppress(OSError):
-            os.unlink(temporary)
-        raise
-
-
-def _drop_oldest(folder: Path, limit: int) -> None:
-    """Removes the least recently used trees until the rest fits into `limit` bytes."""
-    files = sorted(((f.stat().st_mtime_ns, f.stat().st_size, f) for f in folder.glob("*" + _SUFFIX)), reverse=True)
-    kept = 0
-    for _, size, file in files:
-        kept += size
-        if kept > limit:
-            with suppress(OSError):
-                file.unlink()
+    nodes = bvh.nodes.view(np.uint8).reshape(len(bvh.nodes), BVH_NODE.itemsize)
+    write_arrays(path, nodes=nodes, order=bvh.order, depth=bvh.depth, **asdict(bvh.stats))

@@ -78,6 +78,7 @@ class Profiler:
         self._queries: dict[str, list[moderngl.Query | None]] = {}
         self._spare: list[moderngl.Query] = []  # moderngl cannot release a query, so none is thrown away
         self._kept: dict[str, deque[float]] = {}
+        self._length = KEPT
 
     @contextmanager
     def scope(self, name: str) -> Iterator[None]:
@@ -108,6 +109,12 @@ class Profiler:
         self._queries.clear()
         self._kept.clear()
 
+    def keep(self, frames: int = KEPT) -> None:
+        """Forget all times, and from now on keep so many frames': a benchmark wants every one of its own."""
+        self.flush()
+        self.reset()
+        self._length = frames
+
     def flush(self) -> None:
         """Read the queries still in flight (waits for the GPU): so that short runs have figures too."""
         for name, ring in self._queries.items():
@@ -121,5 +128,13 @@ class Profiler:
         """Median milliseconds by pass name over the frames kept, in the order first run."""
         return {name: float(np.median(times)) for name, times in self._kept.items() if times}
 
+    def p95_ms(self) -> dict[str, float]:
+        """What 95 % of the frames kept were no slower than, by pass name."""
+        return {name: float(np.quantile(times, 0.95)) for name, times in self._kept.items() if times}
+
+    def samples_ms(self) -> dict[str, list[float]]:
+        """Milliseconds of each frame kept, oldest first, by pass name."""
+        return {name: list(times) for name, times in self._kept.items() if times}
+
     def _keep(self, name: str, ms: float) -> None:
-        self._kept.setdefault(name, deque(maxlen=KEPT)).append(ms)
+        self._kept.setdefault(name, deque(maxlen=self._length)).append(ms)

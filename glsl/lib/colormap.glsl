@@ -5,6 +5,8 @@
 // lightness to both sides of zero.
 #include "lib/pi.glsl"
 
+const vec3 INVALID = vec3(1.0, 0.0, 1.0);  // what is not a number or infinite: magenta, which no map holds
+
 vec3 sequential(float t) {
     t = clamp(t, 0.0, 1.0);
     float angle = 2.0 * PI * (0.5 / 3.0 + 1.0 - 1.0 * t);  // start 0.5, -1 rotation: blue, green, ochre, pink

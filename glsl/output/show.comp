@@ -14,8 +14,6 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_color;
 layout(rgba8) uniform writeonly image2D out_display;
 
-const vec3 INVALID = vec3(1.0, 0.0, 1.0);
-
 // Of up to three signed components the one farthest from zero: a tile's extremes, a colour's rounding error, or the
 // only one there is.
 float largest(vec3 v) {

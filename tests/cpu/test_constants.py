@@ -15,6 +15,7 @@ from app.frame.targets import MOST_RINGS, TILE_PX
 from app.gpu import arrays
 from app.gpu.shaders import load_glsl
 from app.gpu.textures import NO_TEXTURE
+from app.measure.metrics import RELATIVE_EPSILON
 from app.panel.colormap import DIVERGING
 from app.settings import Settings, ToneMap, walk
 from tests.gpu import hybrid_twin, post_twin
@@ -52,6 +53,7 @@ def found(file: str) -> dict[str, str]:
         ("lib/mask.glsl", "RAYS_END_PX", hybrid_twin.RAYS_END_PX),
         ("lib/mask.glsl", "REACH_MARGIN_HALF", hybrid_twin.REACH_MARGIN_HALF),
         ("lib/mask.glsl", "RIM", hybrid_twin.RIM),
+        ("lib/errors.glsl", "RELATIVE_EPSILON", RELATIVE_EPSILON),
         ("lib/gradient.glsl", "DARK", hybrid_twin.DARK),
         ("lib/gradient.glsl", "DRIFT", hybrid_twin.DRIFT),
         ("lib/hit_layers.glsl", "SAME_DEPTH_PX", hybrid_twin.SAME_DEPTH_PX),

@@ -15,11 +15,11 @@ import moderngl
 import numpy as np
 
 from app.gpu.context import device_name, headless_context
+from app.measure.metrics import displayed
 from app.picture import write_png
 from app.settings import Settings, put, steps
 
 from .comparison import contact_sheet
-from .flip import displayed
 from .markdown import NOTHING, number, table
 from .moving import SPP, Ride, along, instants
 from .options import check_outputs, chosen, parser, report

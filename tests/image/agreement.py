@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from app.gpu.context import device_name, headless_context
+from app.measure.metrics import mean_flip
 
-from .flip import flip_of_noise, mean_flip
 from .options import size
 from .stage import Stage, opened
 
@@ -27,6 +27,15 @@ def halves(stage: Stage, view: str, picture_size: tuple[int, int], spp: int) -> 
     begin = time.perf_counter()
     seeds = (0, 1) if view == "traced" else (2, 3)
     return stage.runs(view, picture_size, spp // 2, seeds), time.perf_counter() - begin
+
+
+def flip_of_noise(first_half: np.ndarray, second_half: np.ndarray) -> float:
+    """What two independent pictures with the samples of both halves together would differ by.
+
+    The halves differ by this times a factor between sqrt(2), the noise's own, and 1, where FLIP saturates: dividing by
+    sqrt(2) never overstates it.
+    """
+    return mean_flip(first_half, second_half) / np.sqrt(2.0)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -15,12 +15,14 @@ import numpy as np
 from app.camera import Moment
 from app.frame.pipeline import VIEWS
 from app.gpu.context import device_name, headless_context
+from app.measure.metrics import WHOLE
+from app.measure.reference import Reference
 from app.settings import Settings
 
 from .markdown import number, ratio, table
 from .options import check_outputs, chosen, parser, report
 from .paths import checked, moments
-from .references import Reference, reference
+from .references import reference
 from .scores import BOTH_SIDES_MEANS, WARM_UP, Error, error, mean_error, median_ms, timed
 from .stage import Stage
 from .steadiness import AGE, TRAIL_FRAME, WATCHED, Settling, flicker, settling
@@ -53,7 +55,7 @@ class Motion:
     still: dict[int, Error]  # at the same instants, after standing still there
     settling: Settling
     flicker: float  # levels of 255
-    noise: float  # FLIP, mean of the references'
+    noise: float  # FLIP that pictures without error would show beside the references, mean
 
 
 def instants(
@@ -120,7 +122,7 @@ def measured(
         standing(stage, view, size, frames, path, truths),
         settling(stage, view, size, path),
         flicker(stage, view, size, path[0]),
-        float(np.mean([truth.noise for truth in truths.values()])),
+        float(np.mean([truth.floor[WHOLE].flip for truth in truths.values()])),
     )
 
 

@@ -11,14 +11,15 @@ import moderngl
 import numpy as np
 
 from app.camera import Moment
+from app.measure.metrics import WHOLE
+from app.measure.reference import Reference
 from app.renderer import Renderer
 from app.settings import Settings
 
-from .flip import flip_map
-from .references import Reference
 from .stage import Stage
 
 WARM_UP = 2  # frames before anything is timed: programs are compiled and targets made
+BOTH_SIDES = "near_silhouettes"  # the region of app/measure/regions.py, as the tables name it
 BOTH_SIDES_MEANS = (
     "Both sides: pixels that see something nearer than the focus zone through more than 2 % and less than 98 % of the "
     "lens."
@@ -82,9 +83,8 @@ def median_ms(times: list[float]) -> float:
 
 def error(renderer: Renderer, reference: Reference) -> Error:
     """Of the last frame."""
-    flip = flip_map(reference.picture, renderer.linear())
-    region = flip[reference.both_sides]
-    return Error(float(flip.mean()), float(region.mean()) if region.size else math.nan)
+    errors = reference.errors(renderer.linear())
+    return Error(errors[WHOLE].flip, errors[BOTH_SIDES].flip)
 
 
 def mean_error(errors: list[Error]) -> Error:

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.measure.metrics import mean_flip
+
 from . import mitsuba_scene, occluders
-from .flip import mean_flip
 from .stage import Stage, opened, stage_of, with_settings
 from .statistics import HALF_EPSILON, assert_same_expectation
 

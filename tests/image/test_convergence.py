@@ -6,15 +6,21 @@ import math
 
 import moderngl
 import numpy as np
+import pytest
 from scipy.integrate import quad_vec
 
 from app.camera import Camera
+from app.measure.metrics import rmse
 from app.optics import coc_px, coc_scale_px
 from app.scene.model import Material
 
 from ..gpu.small_scenes import quad, scene_of
+from . import half_plane as near_edge
 from . import occluders
 from .stage import Stage, stage_of
+
+SOLIDS_SIZE = (48, 27)
+COUNTS = (1, 2, 4, 8, 16, 32, 64)  # samples
 
 SIZE = (16, 9)
 EDGE_X_PX = 7.3  # where the pinhole sees the wall's edge
@@ -47,13 +53,10 @@ def edge_truth() -> np.ndarray:
     return np.asarray(BACKGROUND + (WALL - BACKGROUND) * covered)
 
 
-def rms(picture: np.ndarray, truth: np.ndarray) -> float:
-    return float(np.sqrt(np.mean((picture - truth) ** 2)))
-
-
 def test_the_mean_keeps_converging_past_sixteen_thousand_samples(ctx) -> None:
-    stage, truth = half_plane(ctx), edge_truth()[None, :, None]
-    errors = {n: rms(stage.linear("traced", SIZE, spp=n), truth) for n in (256, 4096, 16384)}
+    stage = half_plane(ctx)
+    truth = np.broadcast_to(edge_truth()[None, :, None], (SIZE[1], SIZE[0], 3))
+    errors = {n: rmse(stage.linear("traced", SIZE, spp=n), truth) for n in (256, 4096, 16384)}
     # Owen-scrambled points err as n^-3/4 at best, n^-1/2 at worst (Owen 1997); a mean that stalls does not fall.
     assert errors[4096] <= errors[256] / 4
     assert errors[16384] <= errors[4096] / 2
@@ -67,11 +70,47 @@ def test_many_equal_samples_do_not_drift(ctx) -> None:
     np.testing.assert_allclose(right, WALL, rtol=2.0**-23)  # wholly on the wall: each sample is the same float32
 
 
-def test_error_falls_at_least_with_the_square_root_of_the_samples(ctx) -> None:
+@pytest.fixture(scope="module")
+def solids(ctx) -> tuple[Stage, np.ndarray]:
+    """Occluded solids, and their converged picture at SOLIDS_SIZE."""
     lens = {"lens__aperture": occluders.APERTURE, "lens__focus_distance": occluders.FOCUS}
     stage = stage_of(ctx, occluders.scene(), occluders.CAMERA, shading__mode="unlit", **lens)
-    size, counts = (48, 27), (1, 2, 4, 8, 16, 32, 64)
-    truth = stage.linear("traced", size, spp=4096, seed=1)
-    errors = [rms(stage.linear("traced", size, spp=n, seed=2), truth) for n in counts]
-    slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert slope <= -0.5, f"slope {slope:.2f}: {errors}"
+    return stage, stage.linear("traced", SOLIDS_SIZE, spp=4096, seed=1)
+
+
+def slope(errors: list[float]) -> float:
+    """Of the straight line through log error over log COUNTS."""
+    return float(np.polyfit(np.log(COUNTS), np.log(errors), 1)[0])
+
+
+def test_independent_samples_err_with_the_inverse_square_root_of_their_number(solids: tuple[Stage, np.ndarray]) -> None:
+    """Pictures of one sample each, every one with its own seed: no bias and no correlation between seeds, which a
+    reference's noise floor rests on. Either would bend the line.
+    """
+    stage, truth = solids
+    singles = stage.runs("traced", SOLIDS_SIZE, 1, range(2, 2 + COUNTS[-1]))
+    errors = [rmse(singles[:n].mean(0), truth) for n in COUNTS]
+    assert abs(slope(errors) + 0.5) < 0.05, f"slope {slope(errors):.3f}: {errors}"
+
+
+def test_samples_of_one_sequence_err_less_than_independent_ones(solids: tuple[Stage, np.ndarray]) -> None:
+    """Owen-scrambled Sobol points are stratified over lens and pixel: the error falls faster than by 1 / sqrt(n)."""
+    stage, truth = solids
+    errors = [rmse(stage.linear("traced", SOLIDS_SIZE, spp=n, seed=2), truth) for n in COUNTS]
+    assert slope(errors) <= -0.6, f"slope {slope(errors):.3f}: {errors}"
+
+
+def test_a_biased_view_stops_at_its_bias(ctx) -> None:
+    """The pinhole picture and the post-process have settled after 16 frames; tracing goes on, past both of them."""
+    stage = near_edge.half_plane(ctx)
+    truth = stage.linear("traced", near_edge.SIZE, spp=4096, seed=1)
+
+    def errors(view: str) -> list[float]:
+        return [rmse(stage.linear(view, near_edge.SIZE, frames=n, spp=n, seed=2), truth) for n in (16, 64)]
+
+    traced = errors("traced")
+    assert traced[1] < traced[0] / 2  # 4 ** -0.5, at the slowest
+    for view in ("sharp", "post"):
+        early, late = errors(view)
+        assert late > 0.9 * early
+        assert late > 2 * traced[1]

@@ -15,13 +15,14 @@ from pathlib import Path
 import moderngl
 
 from app.gpu.context import device_name, headless_context
+from app.measure.metrics import WHOLE
 from app.picture import write_json
 from app.settings import Settings, put
 
 from .markdown import number, ratio, table
 from .options import check_outputs, chosen, parser, report
 from .references import reference
-from .scores import BOTH_SIDES_MEANS, Score, scored
+from .scores import BOTH_SIDES, BOTH_SIDES_MEANS, Score, scored
 from .subjects import Subject
 from .worth_plot import Point, plot
 
@@ -38,7 +39,7 @@ class Result:
     """All views of one subject, by label."""
 
     subject: str
-    noise: float  # FLIP, of the reference
+    noise: float  # FLIP that a picture without error would show beside the reference
     both_sides: float  # share of the pixels
     scores: dict[str, Score]
 
@@ -62,7 +63,7 @@ def measured(
         for _ in range(rounds)
     ]
     scores = {label: replace(score, ms=min(others[label].ms for others in taken)) for label, score in taken[0].items()}
-    return Result(subject.name, truth.noise, float(truth.both_sides.mean()), scores)
+    return Result(subject.name, truth.floor[WHOLE].flip, float(truth.regions[BOTH_SIDES].mean()), scores)
 
 
 def rows(result: Result) -> list[list[str]]:
