@@ -25,8 +25,8 @@ class ErrorSums:
         self._ctx, self._regions = ctx, regions
         files, defines = load_glsl(), {"REGIONS": regions, "BLOCK": BLOCK}
         self._blocks, self._row_sums, self._heat = (
-            ctx.compute_shader(assemble(f"measure/{name}.comp", files, defines).text)
-            for name in ("block_sums", "row_sums", "heat")
+            ctx.compute_shader(assemble(name, files, defines).text)
+            for name in ("measure/block_sums.comp", "measure/row_sums.comp", "measure/heat.comp")
         )
         self._storage: list[moderngl.Texture | moderngl.Buffer] = []
         self._frame, self.size = 0, (0, 0)
