@@ -1,4 +1,4 @@
-"""What is compared: every view at several settings, from the cheapest to the dearest, and which of them are worth having."""
+"""What is compared: every view at several settings, from cheap to dear, and which of them are worth having."""
 
 from __future__ import annotations
 

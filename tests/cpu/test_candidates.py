@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 from hypothesis import given
@@ -24,7 +25,7 @@ def test_the_front_is_what_nothing_beats(points: list[tuple[float, float]]) -> N
     kept = front(points)
     chosen = [points[i] for i in kept]
     assert chosen == sorted(chosen)
-    assert all(a[1] > b[1] for a, b in zip(chosen, chosen[1:]))
+    assert all(a[1] > b[1] for a, b in itertools.pairwise(chosen))
     for p in points:
         if not any(math.isnan(x) for x in p):
             assert any(q[0] <= p[0] and q[1] <= p[1] for q in chosen), "beaten by none, yet left out"
