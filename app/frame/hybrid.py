@@ -47,11 +47,16 @@ def smoothed(settings: Settings, facts: Facts) -> Need:
     return partly_occluded(settings, facts)
 
 
-def scouting(settings: Settings, facts: Facts) -> Need:
-    """Scouts: only where rays can be called for, and not where they go everywhere anyway."""
-    if not settings.mask.scouts or not settings.mask.edges:
-        return Need(False, "mask.scouts is off" if settings.mask.edges else "mask.edges is off: rays go everywhere")
+def edged(settings: Settings, facts: Facts) -> Need:
+    """Edges: only where rays can be called for, and not where they go everywhere anyway."""
+    if not settings.mask.edges:
+        return Need(False, "mask.edges is off: rays go everywhere")
     return partly_occluded(settings, facts)
+
+
+def scouting(settings: Settings, facts: Facts) -> Need:
+    """Scouts: beside edges, unless they are switched off."""
+    return edged(settings, facts) if settings.mask.scouts else Need(False, "mask.scouts is off")
 
 
 def keeps_probes(settings: Settings, facts: Facts) -> bool:
@@ -97,7 +102,7 @@ HYBRID = (
         "dof/mask_guide.comp",
         reads=("normal", "coc"),
         writes=("mask_guide", "mask_slope"),
-        needed=partly_occluded,
+        needed=edged,
     ),
     Pass(
         "mask_smooth_rows",
@@ -105,7 +110,7 @@ HYBRID = (
         reads=("guide=mask_guide",),
         writes=("mask_smooth_row",),
         defines=lambda s, f: (("AXIS", 0),),
-        needed=partly_occluded,
+        needed=edged,
     ),
     Pass(
         "mask_smooth_columns",
@@ -113,7 +118,7 @@ HYBRID = (
         reads=("guide=mask_smooth_row",),
         writes=("mask_smooth",),
         defines=lambda s, f: (("AXIS", 1),),
-        needed=partly_occluded,
+        needed=edged,
     ),
     Pass(
         "mask_edges",
@@ -121,7 +126,7 @@ HYBRID = (
         reads=("mask_smooth", "mask_slope", "tiles"),
         writes=("mask_edges", "mask_tiles"),
         fills=("MaskReach",),
-        needed=partly_occluded,
+        needed=edged,
     ),
     Pass(
         "reach_rows",
@@ -129,7 +134,7 @@ HYBRID = (
         reads=("reach=mask_tiles",),
         writes=("mask_reach_row",),
         defines=lambda s, f: (("AXIS", 0),),
-        needed=partly_occluded,
+        needed=edged,
     ),
     Pass(
         "reach_columns",
@@ -137,7 +142,7 @@ HYBRID = (
         reads=("reach=mask_reach_row",),
         writes=("mask_reach",),
         defines=lambda s, f: (("AXIS", 1),),
-        needed=partly_occluded,
+        needed=edged,
     ),
     Pass(
         "mask_coarse",
@@ -145,7 +150,7 @@ HYBRID = (
         reads=("mask_edges",),
         buffers=("MaskReach",),
         writes=("mask_coarse",),
-        needed=partly_occluded,
+        needed=edged,
     ),
     Pass(
         "mask_rows",
@@ -153,19 +158,16 @@ HYBRID = (
         reads=("mask_coarse", "mask_reach"),
         buffers=("MaskReach",),
         writes=("mask_rows",),
-        needed=partly_occluded,
+        needed=edged,
     ),
     Pass(
         "mask",
         "dof/mask.comp",
-        reads=("mask_rows", "mask_reach"),
-        optional=("motion", "scout"),
+        optional=("mask_rows", "mask_reach", "motion", "scout"),
         history=("layer_state", "layer_moments"),
-        buffers=("MaskReach",),
         writes=("mask",),
         fills=("RayHistogram",),
         needed=partly_occluded,
-        defines=lambda s, f: (("EDGES", int(s.mask.edges)),),
     ),
     Pass(
         "ray_budget",

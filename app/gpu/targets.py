@@ -28,6 +28,7 @@ class Targets:
         self._textures: dict[tuple[str, bool], moderngl.Texture] = {}
         self._buffers: dict[str, moderngl.Buffer] = {}
         self._framebuffers: dict[tuple[str, ...], moderngl.Framebuffer] = {}
+        self._clearers: dict[int, moderngl.Framebuffer] = {}  # by their one texture: two for a target with a history
         self._depth: moderngl.Texture | None = None
         self.size = self._checked(size)
 
@@ -83,9 +84,10 @@ class Targets:
 
     def clear(self, name: str) -> None:
         """Zero every texel of a target."""
-        framebuffer = self._ctx.framebuffer([self.texture(name)])
-        framebuffer.clear()
-        framebuffer.release()
+        texture = self.texture(name)
+        if texture.glo not in self._clearers:
+            self._clearers[texture.glo] = self._ctx.framebuffer([texture])
+        self._clearers[texture.glo].clear()
 
     def read(self, name: str, previous: bool = False) -> np.ndarray:
         """Texels (height, width, components), bottom row first, in the target's own type. Waits for the GPU."""
@@ -108,10 +110,11 @@ class Targets:
 
     def release(self) -> None:
         leave_framebuffers(self._ctx)
-        for resource in (*self._framebuffers.values(), *self._textures.values(), *self._buffers.values(), self._depth):
+        framebuffers = (*self._framebuffers.values(), *self._clearers.values())
+        for resource in (*framebuffers, *self._textures.values(), *self._buffers.values(), self._depth):
             if resource is not None:
                 resource.release()
-        self._framebuffers, self._textures, self._buffers, self._depth = {}, {}, {}, None
+        self._framebuffers, self._clearers, self._textures, self._buffers, self._depth = {}, {}, {}, {}, None
 
     def _make(self, target: Target) -> moderngl.Texture:
         texture = self._ctx.texture(texels(target, self.size), target.components, dtype=target.dtype)

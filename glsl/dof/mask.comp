@@ -1,7 +1,6 @@
 // Completes the ray mask: dilates along columns, says how much each pixel is worth in the ray budget, and counts that.
-// Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response; 2^level half-res px a row), mask_reach
-//   (farthest edge to look for, half-res px, per tile), MaskReach (the largest reach, half-res px), motion (px) while
-//   something moves; last frame's layer_state (x, y: rays) and layer_moments (compressed luminance and its square, of
+// Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response; w: half-res px a row) and mask_reach
+//   (farthest edge to look for, half-res px, per tile), or every pixel is masked; motion (px) while something moves; last frame's layer_state (x, y: rays) and layer_moments (compressed luminance and its square, of
 //   the near and the far part); scout (x: share of rays that find unseen near surfaces, one texel per 8x8 half-res px)
 //   if there are scouts.
 // Writes: mask (x: weight in the ray budget in steps of 1/255, 0: no rays; y: weight of rays in the composite, 0..1),
@@ -14,8 +13,10 @@
 #include "lib/mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
+#if HAS_MASK_ROWS && HAS_MASK_REACH
 uniform sampler2D in_mask_rows;
 uniform sampler2D in_mask_reach;
+#endif
 uniform sampler2D prev_layer_state;
 uniform sampler2D prev_layer_moments;
 #if HAS_MOTION
@@ -25,7 +26,6 @@ uniform sampler2D in_motion;
 uniform sampler2D in_scout;
 #endif
 layout(rg16f) uniform writeonly image2D out_mask;
-layout(std430) readonly buffer MaskReach { float largest_reach; };
 layout(std430) buffer RayHistogram { uint pixels_of_level[256]; };
 
 shared uint counted[256];
@@ -68,9 +68,10 @@ float scouted(ivec2 p) {
     return scouted_share(found);
 }
 
-// Response and feather at p, from the rows above and below.
+// Response and feather at p, from the rows above and below; all there is where nothing tells of edges.
 vec2 dilated(ivec2 p, int height) {
-    int side = 1 << mask_level(largest_reach);
+#if HAS_MASK_ROWS && HAS_MASK_REACH
+    int side = int(texelFetch(in_mask_rows, ivec2(p.x, 0), 0).w);
     float farthest = texelFetch(in_mask_reach, ivec2(gl_WorkGroupID.xy), 0).r;
     ivec2 span = coarse_span(p.y, farthest, side, height);
     vec2 best = vec2(0.0);
@@ -81,6 +82,9 @@ vec2 dilated(ivec2 p, int height) {
         if (power >= 0.0) best = max(best, vec2(row.z, rays_feather(power, row.y)));
     }
     return best;
+#else
+    return vec2(1.0);
+#endif
 }
 
 void main() {
@@ -89,7 +93,7 @@ void main() {
     for (uint level = lane; level < 256u; level += 64u) counted[level] = 0u;
     barrier();
     if (all(lessThan(p, size))) {
-        vec2 mask = EDGES == 1 ? max(dilated(p, size.y), vec2(scouted(p))) : vec2(1.0);
+        vec2 mask = max(dilated(p, size.y), vec2(scouted(p)));
         uint level = 0u;
         if (mask.x > 0.0) {
             float weight = ray_weight(mask.x, deviation_at(p), frame.mask_variance);

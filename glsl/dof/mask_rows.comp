@@ -2,7 +2,7 @@
 // Reads: mask_coarse (x: response; y: reach, half-res px; 2^level half-res px a texel), mask_reach (farthest edge to
 //   look for, half-res px, per tile), MaskReach (the largest reach, half-res px).
 // Writes: mask_rows (x: power of the strongest edge of the coarse row, half-res px^2, negative if none reaches; y: its
-//   reach; z: its response), half resolution along the row, one row per coarse row.
+//   reach; z: its response; w: half-res px a coarse row), half resolution along the row, one row per coarse row.
 // Method: a disc of radius r about e covers p exactly if its power r^2 - |p - e|^2 >= 0, and the largest power splits
 // into a maximum along rows and one along columns (as the distance transform of Felzenszwalb and Huttenlocher 2012
 // does, with radii): no pixel is lost and no square or tile shows.
@@ -30,12 +30,12 @@ void main() {
     if (p.x >= size.x || p.y * side >= size.y) return;
     float farthest = farthest_of(side);
     ivec2 span = coarse_span(p.x, farthest, side, size.x);
-    vec4 best = vec4(-1.0, 0.0, 0.0, 0.0);
+    vec4 best = vec4(-1.0, 0.0, 0.0, float(side));
     for (int x = span.x; x <= span.y && farthest > 0.0; x++) {
         vec2 edge = texelFetch(in_mask_coarse, ivec2(x, p.y), 0).xy;
         float distance = coarse_center(x, side) - float(p.x);
         float power = edge.y * edge.y - distance * distance;
-        if (edge.y > 0.0 && power > best.x) best = vec4(power, edge.y, edge.x, 0.0);
+        if (edge.y > 0.0 && power > best.x) best = vec4(power, edge.y, edge.x, best.w);
     }
     imageStore(out_mask_rows, p, best);
 }

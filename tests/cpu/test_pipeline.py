@@ -86,6 +86,13 @@ def assert_sound(frame: FramePlan) -> None:
     assert all(s.reason and "\n" not in s.reason for s in frame.skipped)
 
 
+def test_rays_everywhere_need_no_edges() -> None:
+    everywhere = frame_plan("hybrid", put(Settings(), "mask.edges", False), EVERYTHING)
+    names = {call.step.name for call in everywhere.calls}
+    assert "trace" in names
+    assert {name for name in names if name.startswith(("mask", "reach", "scout"))} == {"mask"}
+
+
 @pytest.mark.parametrize("view", VIEWS)
 @effort(max_examples=30)
 @given(settings=planning_settings(), facts=facts)

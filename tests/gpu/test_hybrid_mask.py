@@ -182,3 +182,10 @@ def test_the_mask_is_the_same_every_time(ctx: moderngl.Context) -> None:
             pictures.append((rig.read("mask"), rig.read("ray_count")))
     for first, second in zip(*pictures):
         np.testing.assert_array_equal(first, second)
+
+
+def test_without_edges_every_pixel_is_masked(ctx: moderngl.Context) -> None:
+    with HybridRig(ctx, (96, 64)) as rig:
+        rig.run("mask")
+        assert (rig.read("mask")[..., 1] == 1.0).all()
+        assert rig.block("RayHistogram").sum() == 48 * 32
