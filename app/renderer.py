@@ -14,16 +14,15 @@ from .frame.pipeline import CONVERGING, LENS_POINTS, LENS_RAYS, VIEWS, frame_pla
 from .frame.progress import Progress
 from .frame.records import Call, FramePlan
 from .frame.targets import TARGETS
+from .gpu.bind import bind
 from .gpu.frame_block import FrameInputs, frame_block
 from .gpu.layout import FRAME
-from .gpu.programs import Compiled, Programs, check_names
+from .gpu.programs import Programs, check_names
 from .gpu.scene import GpuScene
 from .gpu.targets import Targets
 from .gpu.timing import Profiler
 from .scene.facts import Facts, frame_facts, is_cut
 from .settings import Settings, history_key
-
-FRAME_BINDING = 0  # uniform block binding of FrameBlock
 
 
 class Renderer:
@@ -249,7 +248,7 @@ class Renderer:
         defines = (*call.defines, *self.scene.defines.items()) if step.scene else call.defines
         compiled = self._programs.get(step.shader, defines, call.writes if step.kind == "raster" else ())
         check_names(call, compiled)
-        self._bind(call, compiled)
+        bind(call, compiled, self._targets, self.scene, self._frame_buffer)
         if step.kind == "raster":
             self._targets.framebuffer(call.writes).use()
             self._ctx.enable_only(moderngl.DEPTH_TEST)
@@ -261,32 +260,6 @@ class Renderer:
             grid = self._targets.texture(step.grid or call.writes[0])
             rows = inputs.rows[1] - inputs.rows[0] if step.sliced else grid.height
             compiled.program.run(math.ceil(grid.width / step.group[0]), math.ceil(rows / step.group[1]))
-
-    def _bind(self, call: Call, compiled: Compiled) -> None:
-        """Give every name the program uses its resource: targets, last frame's targets, blocks, the scene's own."""
-        program, unit = compiled.program, 0
-        samplers = {f"in_{name}": self._targets.texture(target) for name, target in call.reads}
-        samplers |= {f"prev_{target}": self._targets.texture(target, previous=True) for target in call.step.history}
-        samplers |= {name: texture for name, texture in self.scene.samplers.items() if name in compiled.active}
-        for name, texture in samplers.items():
-            if name in compiled.active:
-                texture.use(unit)
-                program[name] = unit
-                unit += 1
-        if call.step.kind == "compute":
-            for image, target in enumerate(call.writes):
-                if f"out_{target}" in compiled.active:
-                    self._targets.texture(target).bind_to_image(image, read=target in call.step.updates, write=True)
-                    program[f"out_{target}"] = image
-        blocks = {
-            name: self._targets.buffer(name) for name in (*call.step.buffers, *call.step.fills)
-        } | self.scene.blocks
-        for binding, name in enumerate(sorted(compiled.active & blocks.keys())):
-            program[name].binding = binding
-            blocks[name].bind_to_storage_buffer(binding)
-        if "FrameBlock" in compiled.active:
-            program["FrameBlock"].binding = FRAME_BINDING
-            self._frame_buffer.bind_to_uniform_block(FRAME_BINDING)
 
     def _clock(self) -> float:
         """Seconds, once the GPU has done all it was given."""
