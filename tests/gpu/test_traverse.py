@@ -259,3 +259,23 @@ def test_masked_holes_let_rays_through(ctx: moderngl.Context) -> None:
     any_hit = mesh.trace(origins, directions, alpha=alpha, call="trace_any(ray, t_max)")
     np.testing.assert_array_equal(any_hit.hit, result.hit)
     mesh.release()
+
+
+def test_a_ray_passes_stacked_and_coincident_holes_in_order(ctx: moderngl.Context) -> None:
+    """Sheets in layers of five equal ones: a ray ends at the first solid sheet in order of distance, then of leaves."""
+    sheet = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], float)
+    depth = np.repeat(np.arange(1.0, 41.0), 5)
+    rng = np.random.default_rng(8)
+    shuffled = rng.permutation(len(depth))
+    depth = depth[shuffled]
+    solid = (depth > 20) & (rng.random(len(depth)) < 0.3)
+    mesh = Mesh.of(ctx, sheet + depth[:, None, None] * [0, 0, 1], solid.astype(np.uint32))
+    alpha = "bool alpha_passes(uint material, uvec3 v, vec2 weights, float t) { return material == 1u; }"
+    origins = np.column_stack([rng.uniform(-0.2, 0.2, (500, 2)), np.zeros(500)])
+    result = mesh.trace(origins, np.broadcast_to([0.0, 0, 1], (500, 3)), alpha=alpha)
+    place = np.argsort(mesh.bvh.order)
+    expected = min(np.flatnonzero(solid), key=lambda i: (depth[i], place[i]))
+    assert (result.triangle == expected).all()
+    nothing = mesh.trace(origins, np.broadcast_to([0.0, 0, 1], (500, 3)), t_max=19.5, alpha=alpha)
+    assert not nothing.hit.any()
+    mesh.release()
