@@ -4,9 +4,9 @@ A node holds the boxes of its children, so that one fetch decides all four, on a
 counts steps from the grid's origin. Idea: Ylitie, Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs
 through compressed wide BVHs", section 3.1.
 
-Boxes grow to the grid, never shrink, and lose nothing by decoding. Steps are powers of two and the origin is a whole
-number of them; no plane is farther from 0 than 2^24 steps. So every plane is a multiple of a power of two with at most
-24 bits, which float32 holds exactly. What the ray test itself rounds is covered there (`glsl/lib/intersect.glsl`).
+Boxes grow to the grid, never shrink, and lose nothing by decoding. Steps are powers of two, and planes are whole
+numbers of them: float32 coordinates rounded outward to such a multiple, which never takes more bits. So origin, plane
+and all between are exact in float32. What the ray test itself rounds is covered there (`glsl/lib/intersect.glsl`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ NO_CHILD = 0xFFFFFFFF  # where a node has fewer children than four
 
 WIDTH = 4  # children of a node
 LAST_PLANE = 255  # of a grid
-EXACT_STEPS = 24  # bits of a float32: planes up to 2^24 steps from 0 are exact
 SMALLEST_STEP = -100  # exponent, 8e-31 m: a step over a direction's component stays above the denormal numbers
 
 # Name -> (GLSL type, meaning): `app/gpu/layout.py` prints this as the GLSL struct.
@@ -120,18 +119,11 @@ def child_boxes(nodes: NDArray[Any]) -> tuple[F32, F32]:
 
 
 def _grid_steps(lowest: NDArray[np.float64], highest: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The smallest power of two [m] whose grid spans lowest to highest, is exact in float32 and not too fine."""
-    # Both ends are rounded outward, each by less than a step: two planes fewer are sure to suffice.
-    spanning = _exponent((highest - lowest) / (LAST_PLANE - 2))
-    exact = _exponent(np.maximum(np.abs(lowest), np.abs(highest))) - EXACT_STEPS
-    steps: NDArray[np.float64] = np.ldexp(1.0, np.maximum(np.maximum(spanning, exact), SMALLEST_STEP))
+    """The smallest powers of two [m] of which LAST_PLANE reach from a multiple below lowest to one above highest."""
+    spanning = (highest - lowest) / (LAST_PLANE - 2)  # both ends are rounded outward, each by less than a step
+    exponent = np.where(spanning > 0, np.frexp(spanning)[1], SMALLEST_STEP)
+    steps: NDArray[np.float64] = np.ldexp(1.0, np.maximum(exponent, SMALLEST_STEP))
     return steps
-
-
-def _exponent(x: NDArray[np.float64]) -> NDArray[np.int32]:
-    """The least e with x < 2^e; of 0, below all that matter."""
-    exponent: NDArray[np.int32] = np.where(x > 0, np.frexp(x)[1], SMALLEST_STEP)
-    return exponent
 
 
 def pack_triangles(

@@ -92,9 +92,9 @@ def check_boxes(nodes: np.ndarray, corners: np.ndarray, levels: list[np.ndarray]
                 else:
                     lowest, highest = below[:, reference]
                 assert (low[node, child] <= lowest).all()
-                assert (low[node, child] + step[node] > lowest).all()
+                assert (lowest - low[node, child] < step[node]).all()
                 assert (high[node, child] >= highest).all()
-                assert (high[node, child] - step[node] < highest).all()
+                assert (high[node, child] - highest < step[node]).all()
                 below[0, node] = np.minimum(below[0, node], lowest)
                 below[1, node] = np.maximum(below[1, node], highest)
 
