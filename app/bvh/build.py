@@ -1,8 +1,8 @@
-"""Bounding volume hierarchy by binned SAH, built level by level in numpy.
+"""Bounding volume hierarchy by binned SAH, built level by level in numpy with two children a node, then widened.
 
 Degenerate input, by name, and what becomes of it:
   no triangle          one node without children: every ray misses
-  one triangle         one node with the same leaf twice
+  one triangle         one node with a single leaf
   coincident centroids (duplicates, concentric triangles) no plane separates them: the run is cut in the middle
   zero-extent nodes    (flat boxes, points) area 0 makes all planes equally cheap: the first separating one is taken,
                        and with no separating plane the run is cut in the middle
@@ -22,13 +22,14 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from .pack import MAX_TRIANGLES, empty_nodes, is_leaf, leaf_range, leaf_reference, set_children
+from .pack import MAX_TRIANGLES, is_inner, is_leaf, leaf_range, leaf_reference, pack_nodes
 from .split import F32, Index, Segments, best_splits, half_area
+from .wide import Children, widened
 
-BUILDER_VERSION = 1  # part of the cache key: raise it whenever the same input gives another tree
+BUILDER_VERSION = 2  # part of the cache key: raise it whenever the same input gives another tree
 LEAF_SIZE = 4  # most triangles in a leaf
-NODE_COST = 2.0  # time of testing one node's two boxes, in triangle tests: between 0.7 and 3 llvmpipe hardly cares
-MAX_DEPTH = 48  # most inner nodes on a path: far above 28 - log2(LEAF_SIZE), so that halving always fits
+NODE_COST = 2.0  # time of testing one node's boxes, in triangle tests: between 0.5 and 2 llvmpipe hardly cares
+MAX_DEPTH = 48  # most binary nodes on a path: far above 28 - log2(LEAF_SIZE), so that halving always fits
 COORDINATE_LIMIT = 1e12  # m: an area times a triangle count stays finite in float32
 
 Progress = Callable[[str, float], None]
@@ -50,7 +51,7 @@ class Bvh:
 
     nodes: NDArray[np.void]  # (k,) BVH_NODE, k >= 1, root first
     order: NDArray[np.uint32]  # (m,)
-    depth: int  # most inner nodes on a path from the root: the stack the traversal needs (define BVH_STACK)
+    depth: int  # most nodes on a path from the root
     stats: BvhStats
     roots: tuple[int, ...] = (0,)  # several trees in one array: where each begins (app/bvh/top.py)
 
@@ -87,16 +88,17 @@ def build_bvh(positions: F32, indices: NDArray[np.uint32], progress: Progress | 
     zero = np.zeros(1, np.intp)
     level = _Level(zero, zero + total, zero, np.arange(total, dtype=np.uint32), box)
     settled: list[_Children] = []
-    depth, inner_nodes = 0, 0
+    binary_depth, inner_nodes = 0, 0
     while level.triangle.size:
-        children, level = _grow(level, depth, inner_nodes, order)
+        children, level = _grow(level, binary_depth, inner_nodes, order)
         settled.append(children)
         inner_nodes += level.count.size // 2
-        depth += bool(level.count.size)
+        binary_depth += 1
         if progress is not None:
             progress("Building the ray hierarchy", _fraction_done(total, level.count))
-    nodes, leaves, cost = _assemble(settled, inner_nodes)
-    return Bvh(nodes, order, max(depth, 1), BvhStats(len(nodes), leaves, cost, perf_counter() - begin))
+    wide, depth, leaves, cost = _assemble(settled, inner_nodes)
+    nodes = pack_nodes(wide.reference, wide.box)
+    return Bvh(nodes, order, depth, BvhStats(len(nodes), leaves, cost, perf_counter() - begin))
 
 
 def _triangle_boxes(positions: F32, indices: NDArray[np.uint32]) -> F32:
@@ -177,20 +179,15 @@ def _fraction_done(total: int, open_counts: Index) -> float:
     return 1.0 - left / (total * log2(total + 1.0))
 
 
-def _assemble(settled: list[_Children], inner_nodes: int) -> tuple[NDArray[np.void], int, float]:
-    """Nodes, number of leaves and SAH cost. The root has no parent; a lone leaf becomes both its children."""
-    nodes = empty_nodes(max(inner_nodes, 1))
+def _assemble(settled: list[_Children], inner_nodes: int) -> tuple[Children, int, int, float]:
+    """Nodes, depth, number of leaves and SAH cost. The root has no parent; a lone leaf becomes its only child."""
+    binary = Children.missing(max(inner_nodes, 1), 2)
+    for level in settled[1:] if inner_nodes else settled:
+        binary.put(level.slot, level.reference, level.box)
+    wide, depth = widened(binary)
+    leaf = is_leaf(wide.reference)
     if not settled:
-        return nodes, 0, 0.0
-    root = settled[0].box
-    below = settled[1:] if inner_nodes else settled
-    slot = np.concatenate([c.slot for c in below])
-    reference = np.concatenate([c.reference for c in below])
-    box = np.concatenate([c.box for c in below], axis=1)
-    if not inner_nodes:
-        set_children(nodes, slot + 1, reference, box)
-    set_children(nodes, slot, reference, box)
-    leaf = is_leaf(reference)
-    work = np.where(leaf, leaf_range(reference)[1], NODE_COST)
-    weight = half_area(box) / np.maximum(half_area(root), np.finfo(np.float32).tiny)
-    return nodes, int(leaf.sum()), NODE_COST + float(np.sum(work * weight, dtype=np.float64))
+        return wide, depth, 0, 0.0
+    work = np.where(leaf, leaf_range(wide.reference)[1], np.where(is_inner(wide.reference), NODE_COST, 0.0))
+    weight = half_area(wide.box) / np.maximum(half_area(settled[0].box), np.finfo(np.float32).tiny)
+    return wide, depth, int(leaf.sum()), NODE_COST + float(np.sum(work * weight, dtype=np.float64))

@@ -1,8 +1,12 @@
-"""How the tree lies in GPU memory: 64-byte two-child nodes, 32-bit child references, triangles in leaf order.
+"""How the tree lies in GPU memory: 64-byte four-child nodes, 32-bit child references, triangles in leaf order.
 
-A node holds the boxes of both its children, so that one fetch decides both (Aila and Laine 2009, section 3). Vertex
-coordinates are float32, and minima and maxima of float32 are exact: boxes need no outward rounding when packed. What
-the ray test itself rounds is covered there (`glsl/lib/intersect.glsl`).
+A node holds the boxes of its children, so that one fetch decides all four, on a grid of its own: a plane is a byte that
+counts steps from the grid's origin. Idea: Ylitie, Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs
+through compressed wide BVHs", section 3.1.
+
+Boxes grow to the grid, never shrink, and lose nothing by decoding. Steps are powers of two, and planes are whole
+numbers of them: float32 coordinates rounded outward to such a multiple, which never takes more bits. So origin, plane
+and all between are exact in float32. What the ray test itself rounds is covered there (`glsl/lib/intersect.glsl`).
 """
 
 from __future__ import annotations
@@ -12,22 +16,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .split import F32
+
 LEAF_BIT = 1 << 31  # set: a leaf; clear: the index of an inner node
 FIRST_BITS = 28  # bits 0..27 of a leaf: its first triangle, in leaf order
 MAX_TRIANGLES = 1 << FIRST_BITS
 MAX_LEAF = 1 << (31 - FIRST_BITS)  # bits 28..30 of a leaf: its triangle count - 1
-NO_CHILD = 0xFFFFFFFF  # both children of the tree without triangles: the traversal ends there
+NO_CHILD = 0xFFFFFFFF  # where a node has fewer children than four
+
+WIDTH = 4  # children of a node
+LAST_PLANE = 255  # of a grid
+SMALLEST_STEP = -100  # exponent, 8e-31 m: a step over a direction's component stays above the denormal numbers
 
 # Name -> (GLSL type, meaning): `app/gpu/layout.py` prints this as the GLSL struct.
 BVH_NODE_FIELDS: dict[str, tuple[str, str]] = {
-    "x": ("vec4", "lo and hi of child 0, lo and hi of child 1, m"),
-    "y": ("vec4", "the same along y"),
-    "z": ("vec4", "the same along z"),
-    "child": ("uvec4", "x, y: references to child 0 and 1 (app/bvh/pack.py); z, w: unused"),
+    "origin": ("vec3", "first planes of the grid, m"),
+    "step_x": ("float", "from a plane of the grid to the next, m"),
+    "low": ("uvec3", "the boxes' low planes along x, y and z: a byte for each child, child 0 in the lowest"),
+    "step_y": ("float", ""),
+    "high": ("uvec3", "their high planes"),
+    "step_z": ("float", ""),
+    "child": ("uvec4", "references to the children (app/bvh/pack.py)"),
 }
 
-BVH_NODE = np.dtype([("x", "<f4", 4), ("y", "<f4", 4), ("z", "<f4", 4), ("child", "<u4", 4)])
+BVH_NODE = np.dtype(
+    [
+        ("origin", "<f4", 3),
+        ("step_x", "<f4"),
+        ("low", "<u4", 3),
+        ("step_y", "<f4"),
+        ("high", "<u4", 3),
+        ("step_z", "<f4"),
+        ("child", "<u4", WIDTH),
+    ]
+)
 assert BVH_NODE.itemsize == 64
+_STEPS = ("step_x", "step_y", "step_z")
 
 
 def leaf_reference(first: NDArray[Any], count: NDArray[Any]) -> NDArray[np.uint32]:
@@ -48,28 +72,58 @@ def leaf_range(reference: NDArray[np.uint32]) -> tuple[NDArray[np.int64], NDArra
     return bits & (MAX_TRIANGLES - 1), ((bits >> FIRST_BITS) & (MAX_LEAF - 1)) + 1
 
 
+def is_inner(reference: NDArray[np.uint32]) -> NDArray[np.bool_]:
+    """True for inner nodes: the reference is then a node's index."""
+    inner: NDArray[np.bool_] = reference < LEAF_BIT
+    return inner
+
+
+def stack_entries(depth: int) -> int:
+    """What a walk down `depth` nodes may have to remember: all but one child of each, and where to end."""
+    return (WIDTH - 1) * depth + 1
+
+
 def empty_nodes(count: int) -> NDArray[Any]:
     """`count` BVH_NODE records whose children are all missing."""
     nodes = np.zeros(count, BVH_NODE)
-    nodes["child"][:, :2] = NO_CHILD
+    nodes["child"] = NO_CHILD
     return nodes
 
 
-def set_children(
-    nodes: NDArray[Any], slot: NDArray[np.intp], reference: NDArray[np.uint32], box: NDArray[np.float32]
-) -> None:
-    """Writes references and boxes (6, k) as (lo, -hi) into slots `2 * parent + child`."""
-    parent, child = slot >> 1, slot & 1
-    nodes["child"][parent, child] = reference
-    for axis, name in enumerate("xyz"):
-        nodes[name][parent, 2 * child] = box[axis]
-        nodes[name][parent, 2 * child + 1] = -box[3 + axis]
+def pack_nodes(reference: NDArray[np.uint32], box: F32) -> NDArray[Any]:
+    """(n,) BVH_NODE records with children `reference` (n, 4) in boxes (6, n, 4) [m] as in split.py."""
+    nodes = empty_nodes(len(reference))
+    nodes["child"] = reference
+    absent = reference == NO_CHILD
+    low, high = box[:3].astype(np.float64), -box[3:].astype(np.float64)  # (3, n, 4)
+    lowest = np.where(absent, np.inf, low).min(axis=2, keepdims=True)
+    highest = np.where(absent, -np.inf, high).max(axis=2, keepdims=True)
+    lowest, highest = (np.where(absent.all(axis=1)[:, None], 0.0, edge) for edge in (lowest, highest))
+    step = _grid_steps(lowest, highest)
+    first = np.floor(lowest / step)  # dividing by a power of two is exact
+    nodes["origin"] = (first * step)[..., 0].T
+    for name, axis in zip(_STEPS, step[..., 0], strict=True):
+        nodes[name] = axis
+    for name, plane in (("low", np.floor(low / step)), ("high", np.ceil(high / step))):
+        on_grid = np.where(absent, 0.0, plane - first).astype(np.uint8, order="C")
+        nodes[name] = on_grid.view("<u4")[..., 0].T
+    return nodes
 
 
-def child_boxes(nodes: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """(lo, hi) of the children, each (n, 2 children, 3 axes), m."""
-    planes = np.stack([nodes["x"], nodes["y"], nodes["z"]], axis=-1)  # (n, lo0 hi0 lo1 hi1, axis)
-    return planes[:, 0::2], planes[:, 1::2]
+def child_boxes(nodes: NDArray[Any]) -> tuple[F32, F32]:
+    """(low, high) corners of the children's boxes, each (n, 4 children, 3 axes), m, decoded in float32."""
+    step = np.stack([nodes[name] for name in _STEPS], axis=1)  # (n, 3)
+    bytes_of = (np.ascontiguousarray(nodes[name]).view(np.uint8).reshape(-1, 3, WIDTH) for name in ("low", "high"))
+    low, high = (nodes["origin"][:, None] + np.swapaxes(plane, 1, 2) * step[:, None] for plane in bytes_of)
+    return low, high
+
+
+def _grid_steps(lowest: NDArray[np.float64], highest: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The smallest powers of two [m] of which LAST_PLANE reach from a multiple below lowest to one above highest."""
+    spanning = (highest - lowest) / (LAST_PLANE - 2)  # both ends are rounded outward, each by less than a step
+    exponent = np.where(spanning > 0, np.frexp(spanning)[1], SMALLEST_STEP)
+    steps: NDArray[np.float64] = np.ldexp(1.0, np.maximum(exponent, SMALLEST_STEP))
+    return steps
 
 
 def pack_triangles(
@@ -80,9 +134,7 @@ def pack_triangles(
     return np.column_stack([vertices, materials[vertices[:, 0]]]).astype(np.uint32)
 
 
-def pack_triangle_positions(
-    order: NDArray[np.uint32], positions: NDArray[np.float32], indices: NDArray[np.uint32]
-) -> NDArray[np.float32]:
+def pack_triangle_positions(order: NDArray[np.uint32], positions: F32, indices: NDArray[np.uint32]) -> F32:
     """Vertex positions in leaf order as (m, 3, 4) float32, m, w = 0.
 
     A copy that saves the traversal two dependent fetches a triangle: 10-40 % faster on llvmpipe, for 48 bytes each.

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from ..scene.geometry import used_vertices
 from ..scene.model import F64, Triangles
 from .build import Bvh, BvhStats, Progress
-from .pack import NO_CHILD, empty_nodes, is_leaf, leaf_reference, set_children
+from .pack import WIDTH, empty_nodes, is_inner, is_leaf, leaf_reference, pack_nodes
 from .split import F32, Index, half_area
+from .wide import Children, widened
 
-MAX_TOP_DEPTH = 12  # inner nodes on a path: 255 objects and the rest need 8; the others let clusters stay together
+MAX_TOP_DEPTH = 12  # binary nodes on a path: 255 objects and the rest need 8; the others let clusters stay together
 # Rounding of a box's corners, relative to the largest coordinate: float64 matrices rounded to float32 (2^-24 each),
 # three terms summed, and the box itself rounded.
 BOX_ROUNDING = 8 * 2.0**-24
@@ -49,7 +50,7 @@ def joined(trees: Sequence[Bvh]) -> Bvh:
     for tree in trees:
         roots.append(sum(map(len, nodes)))
         moved = tree.nodes.copy()
-        moved["child"][:, :2] = _shifted(moved["child"][:, :2], roots[-1], first)
+        moved["child"] = _shifted(moved["child"], roots[-1], first)
         nodes.append(moved)
         order.append(tree.order + np.uint32(first))
         first += len(tree.order)
@@ -72,8 +73,8 @@ def world_boxes(to_world: F64, half_sizes: F64) -> tuple[F32, F32]:
 
 
 def top_depth(leaves: int) -> int:
-    """Most inner nodes on a path of a top level: the stack that its traversal needs (define TOP_STACK)."""
-    return min(max(leaves - 1, 1), MAX_TOP_DEPTH)
+    """Most nodes on a path of a top level. A node that has another below it holds the work of three binary ones."""
+    return min(max(-(-(leaves - 1) // (WIDTH - 1)), 1), MAX_TOP_DEPTH)
 
 
 def top_level(low: F32, high: F32, objects: NDArray[np.uint32], room: int) -> NDArray[Any]:
@@ -84,28 +85,25 @@ def top_level(low: F32, high: F32, objects: NDArray[np.uint32], room: int) -> ND
     nodes = empty_nodes(room)
     box = np.concatenate([low.T, -high.T]).astype(np.float32)  # (6, k) as in split.py
     leaf = leaf_reference(objects, np.ones(len(objects), np.int64))
-    if len(objects) == 1:  # a node has two children: the same leaf twice
-        set_children(nodes, np.arange(2), np.repeat(leaf, 2), np.repeat(box, 2, axis=1))
-    if len(objects) <= 1:
-        return nodes
-    used, pending = 0, [(-1, np.arange(len(objects)), MAX_TOP_DEPTH)]
-    slots, references, boxes = list[int](), list[int](), list[F32]()
+    binary = Children.missing(max(len(objects) - 1, 1), 2)
+    if len(objects) == 1:
+        binary.put(np.array([0]), leaf, box)
+    used, pending = 0, [(-1, np.arange(len(objects)), MAX_TOP_DEPTH)] if len(objects) > 1 else []
     while pending:
         slot, members, levels = pending.pop()
         if len(members) == 1:
-            reference = int(leaf[members[0]])
+            reference = leaf[members[0]]
         else:
-            reference, used = used, used + 1
+            reference, used = np.uint32(used), used + 1
             left, right = _cheapest_cut(box[:, members], 1 << (levels - 1))
             pending += [
-                (2 * reference, members[left], levels - 1),
-                (2 * reference + 1, members[right], levels - 1),
+                (2 * int(reference), members[left], levels - 1),
+                (2 * int(reference) + 1, members[right], levels - 1),
             ]
         if slot >= 0:
-            slots.append(slot)
-            references.append(reference)
-            boxes.append(box[:, members].min(axis=1))
-    set_children(nodes, np.array(slots), np.array(references, np.uint32), np.stack(boxes, axis=1))
+            binary.put(np.array([slot]), reference, box[:, members].min(axis=1, keepdims=True))
+    wide, _ = widened(binary)
+    nodes[: len(wide.reference)] = pack_nodes(wide.reference, wide.box)
     return nodes
 
 
@@ -127,5 +125,5 @@ def _cheapest_cut(box: F32, largest: int) -> tuple[Index, Index]:
 
 def _shifted(reference: NDArray[np.uint32], node: int, triangle: int) -> NDArray[np.uint32]:
     """Child references of a tree whose nodes and triangles begin at these places of larger arrays."""
-    inner = np.where(reference == NO_CHILD, reference, reference + np.uint32(node))
-    return np.where(is_leaf(reference), reference + np.uint32(triangle), inner)
+    leaf, inner = is_leaf(reference), is_inner(reference)
+    return reference + np.where(leaf, np.uint32(triangle), np.where(inner, np.uint32(node), np.uint32(0)))

@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bvh.pack import stack_entries
 from ..bvh.top import top_depth, top_level, world_boxes
 from ..scene.flatten import places
 from ..scene.model import F64, Triangles
@@ -42,7 +43,7 @@ class GpuObjects:
     @property
     def stack(self) -> int:
         """Entries that a walk down the top level may have to remember (define TOP_STACK)."""
-        return top_depth(len(self._in_tree))
+        return stack_entries(top_depth(len(self._in_tree)))
 
     def place(self, time_s: float, previous_s: float) -> bool:
         """Move everything to where it is at `time_s`, and was last frame at `previous_s`; True if a record changed."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bvh.build import Bvh
-from ..bvh.pack import pack_triangle_positions, pack_triangles
+from ..bvh.pack import pack_triangle_positions, pack_triangles, stack_entries
 from ..errors import UserError
 from ..scene.facts import SceneFacts, near_plane, scene_facts
 from ..scene.flatten import bounds
@@ -121,7 +121,7 @@ class GpuScene:
             TrianglePositions=pack_triangle_positions(bvh.order, t.positions, t.indices),
             BvhNodes=bvh.nodes,
         )
-        self._bvh_defines = {"BVH_STACK": max(bvh.depth, 1)}
+        self._bvh_defines = {"BVH_STACK": stack_entries(bvh.depth)}
         if self.objects:
             self._bvh_defines["TOP_STACK"] = self.objects.stack
             self.objects.take_roots(bvh.roots)

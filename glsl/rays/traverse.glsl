@@ -1,12 +1,17 @@
 // Finds what a ray hits in the scene.
-// Reads: BvhNodes, TrianglePositions, Triangles (app/bvh/pack.py; positions in m); define BVH_STACK = the tree's depth.
-//   With OBJECTS there is a tree for each moving object, in its own space, and a small one over all of them in the
-//   first nodes (app/bvh/top.py): define TOP_STACK = its depth.
+// Reads: BvhNodes, TrianglePositions, Triangles (app/bvh/pack.py; positions in m); define BVH_STACK = the entries that
+//   a walk down the tree needs. With OBJECTS there is a tree for each moving object, in its own space, and a small one
+//   over all of them in the first nodes (app/bvh/top.py): define TOP_STACK = the entries for that.
 // Writes: nothing.
-// Method: ordered traversal of a two-child BVH with a stack, Aila and Laine 2009, "Understanding the efficiency of ray
-// traversal on GPUs", section 3: descend until a leaf is found, then test its triangles ("while-while").
+// Method: ordered traversal of a four-child BVH on grids with a stack: descend until a leaf is found, then test its
+//   triangles ("while-while": Aila and Laine 2009, "Understanding the efficiency of ray traversal on GPUs", section 3;
+//   nodes: Ylitie, Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
+//   All loops test at their end: a SIMD rasteriser goes once more through the body of a loop that tests at its start.
 //
-// With HAS_ALPHA_MASK the including shader defines `alpha_passes`: whether a ray stops at this point of a material.
+// With HAS_ALPHA_MASK the including shader defines `alpha_passes`: whether a ray stops at this point of a material. A ray
+// that meets a hole sets out again from there: a mask costs a texture and a dozen fetches, and is asked once for each
+// closest hit, not for every triangle that might become it. A software rasteriser, which skips no branch, would pay for
+// it with every triangle of the scene that it tests: passes that trace took 1.4 to 1.7 times as long.
 #include "shared/records.glsl"
 #include "shared/objects.glsl"
 #include "lib/intersect.glsl"
@@ -30,65 +35,87 @@ struct Hit {
 
 const uint LEAF_BIT = 0x80000000u;
 const uint FIRST_MASK = 0x0fffffffu;
-const uint NO_NODE = 0xffffffffu;  // the reference of a missing child, and the end of the traversal
+const float LAST_PLANE = 255.0;  // of a node's grid
+const uint NO_NODE = 0xffffffffu;  // the reference of a missing child, and the end of a walk
 const uint NO_TRIANGLE = 0xffffffffu;
-const float MISSED = 3.4e38;  // above every finite distance; a missed box is entered at infinity
+const int MISSED = 0x7f800000;  // an infinite distance's bits; those of all others are less, as signed integers
+
+// References to what walks will look at later. An object's tree is walked on top of what waits of the top level.
+#if OBJECTS
+uint stack[BVH_STACK + TOP_STACK];
+#else
+uint stack[BVH_STACK];
+#endif
+int top = 0;
+
+vec3 grid_steps(BvhNode node) {
+    return vec3(node.step_x, node.step_y, node.step_z);
+}
 
 RaySetup prepare_ray_for_tree(uint first, Ray ray) {
     BvhNode root = node_at(first);
-    vec3 lo = min(vec3(root.x.x, root.y.x, root.z.x), vec3(root.x.z, root.y.z, root.z.z));
-    vec3 hi = max(vec3(root.x.y, root.y.y, root.z.y), vec3(root.x.w, root.y.w, root.z.w));
-    return prepare_ray(ray, lo, hi);
+    return prepare_ray(ray, root.origin, root.origin + LAST_PLANE * grid_steps(root));
+}
+
+// The nearest child that the ray may hit between t_min and t_max; the others wait on the stack, the nearest on top. If
+// there is none, what waited there.
+uint nearest_child(uint node, RaySetup setup, float t_min, float t_max) {
+    BvhNode n = node_at(node);
+    vec4 enter = intersect_boxes(setup, n.origin, grid_steps(n), n.low, n.high, t_min, t_max);
+    enter = mix(enter, vec4(INFINITY), equal(n.child, uvec4(NO_NODE)));
+    // The last two bits of each distance say whose it is. Three rounds of exchanges sort the four.
+    ivec4 key = floatBitsToInt(enter) & ~3 | ivec4(0, 1, 2, 3);
+    key = ivec4(min(key.xz, key.yw), max(key.xz, key.yw));
+    key = ivec4(min(key.xz, key.yw), max(key.xz, key.yw));
+    key.yz = ivec2(min(key.y, key.z), max(key.y, key.z));
+    for (int i = 3; i > 0; --i) {  // written always, kept by moving `top`: no branch
+        stack[top] = n.child[key[i] & 3];
+        top += int(key[i] < MISSED);
+    }
+    return key.x < MISSED ? n.child[key.x & 3] : stack[--top];
+}
+
+// The first leaf on the way from a node or leaf on, or NO_NODE.
+uint next_leaf(uint node, RaySetup setup, float t_min, float t_max) {
+    do {
+        if (node < LEAF_BIT) node = nearest_child(node, setup, t_min, t_max);
+    } while (node < LEAF_BIT);
+    return node;
 }
 
 // Tests the triangles of a leaf; keeps the closest hit, of equally close ones the first in leaf order: coplanar
-// duplicates then look the same whatever the order of traversal.
-void intersect_leaf(uint leaf, RaySetup setup, Ray ray, inout Hit hit) {
-    uint first = leaf & FIRST_MASK, end = first + ((leaf >> 28) & 7u) + 1u;
-    for (uint i = first; i < end; ++i) {
+// duplicates then look the same whatever the order of traversal. At t_min itself, triangles before `from` do not count.
+void intersect_leaf(uint leaf, RaySetup setup, Ray ray, uint from, inout Hit hit) {
+    uint i = leaf & FIRST_MASK, end = i + ((leaf >> 28) & 7u) + 1u;
+    do {
         vec3 a = corner_at(3u * i).xyz;
         vec3 b = corner_at(3u * i + 1u).xyz;
         vec3 c = corner_at(3u * i + 2u).xyz;
         float t;
         vec2 barycentrics;
-        if (!intersect_triangle(setup, ray.origin, a, b, c, ray.t_min, hit.t, t, barycentrics)) continue;
-        if (t == hit.t && i > hit.triangle) continue;
-#ifdef HAS_ALPHA_MASK
-        if (!alpha_passes(material_of(triangle_at(i).w), triangle_at(i).xyz, barycentrics, t)) continue;
-#endif
-        hit.t = t;
-        hit.triangle = i;
-        hit.barycentrics = barycentrics;
-    }
+        bool found = intersect_triangle(setup, ray.origin, a, b, c, ray.t_min, hit.t, t, barycentrics);
+        if (found && !(t == hit.t && i > hit.triangle || t == ray.t_min && i < from)) {
+            hit.t = t;
+            hit.triangle = i;
+            hit.barycentrics = barycentrics;
+        }
+    } while (++i < end);
 }
 
 // Walks the tree that begins at node `first`; keeps what is closer than `hit`.
 // `any_hit` is a constant at each call: the compiler makes two functions of this one.
-void traverse_tree(uint first, Ray ray, const bool any_hit, inout Hit hit) {
+void traverse_tree(uint first, Ray ray, uint from, const bool any_hit, inout Hit hit) {
     RaySetup setup = prepare_ray_for_tree(first, ray);
-    uint stack[BVH_STACK];
-    int top = 0;
+    int bottom = top;
+    stack[top++] = NO_NODE;
     uint node = first;
-    while (node != NO_NODE) {
-        while (node < LEAF_BIT) {
-            BvhNode n = node_at(node);
-            vec2 enter = intersect_boxes(setup, n.x, n.y, n.z, ray.t_min, hit.t);
-            bool second_first = enter.y < enter.x;
-            // The farther child waits on the stack if it is hit: written always, kept by moving `top` (no branch).
-            stack[top] = second_first ? n.child.x : n.child.y;
-            top += int(max(enter.x, enter.y) < MISSED);
-            node = second_first ? n.child.y : n.child.x;
-            if (min(enter.x, enter.y) >= MISSED) {
-                --top;
-                node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
-            }
-        }
+    do {
+        node = next_leaf(node, setup, ray.t_min, hit.t);
         if (node == NO_NODE) break;
-        intersect_leaf(node, setup, ray, hit);
-        --top;
-        node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
-        if (any_hit && hit.triangle != NO_TRIANGLE) node = NO_NODE;
-    }
+        intersect_leaf(node, setup, ray, from, hit);
+        node = any_hit && hit.triangle != NO_TRIANGLE ? NO_NODE : stack[--top];
+    } while (node != NO_NODE);
+    top = bottom;
 }
 
 #if OBJECTS
@@ -100,67 +127,66 @@ Ray ray_from_world(Object object, Ray ray) {
 }
 
 // A rotation into an object's space moves a ray by up to 16 roundings of its reach: five on each term of the origin,
-// four on each of the direction, times sqrt(3) for the sum of a row. The margin that boxes have for the triangle test,
-// 10 roundings, grows to hold both.
-const float TRANSFORM_GROWTH = 4.0;
+// four on each of the direction, times sqrt(3) for the sum of a row. The margin that boxes have already, 15 roundings,
+// grows to hold both.
+const float TRANSFORM_GROWTH = 3.0;
 
 // Walks the top level as `traverse_tree` does a tree; its leaves are objects, whose trees are walked in turn.
-void traverse_objects(Ray ray, const bool any_hit, inout Hit hit) {
+void traverse_objects(Ray ray, uint from, const bool any_hit, inout Hit hit) {
     RaySetup setup = prepare_ray_for_tree(0u, ray);
-    setup.origin_lo = ray.origin + TRANSFORM_GROWTH * (setup.origin_lo - ray.origin);
-    setup.origin_hi = ray.origin + TRANSFORM_GROWTH * (setup.origin_hi - ray.origin);
-    uint stack[TOP_STACK];
-    int top = 0;
+    setup.origin_near = ray.origin + TRANSFORM_GROWTH * (setup.origin_near - ray.origin);
+    setup.origin_far = ray.origin + TRANSFORM_GROWTH * (setup.origin_far - ray.origin);
+    stack[top++] = NO_NODE;
     uint node = 0u;
-    while (node != NO_NODE) {
-        while (node < LEAF_BIT) {
-            BvhNode n = node_at(node);
-            vec2 enter = intersect_boxes(setup, n.x, n.y, n.z, ray.t_min, hit.t);
-            bool second_first = enter.y < enter.x;
-            stack[top] = second_first ? n.child.x : n.child.y;
-            top += int(max(enter.x, enter.y) < MISSED);
-            node = second_first ? n.child.y : n.child.x;
-            if (min(enter.x, enter.y) >= MISSED) {
-                --top;
-                node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
-            }
-        }
+    do {
+        node = next_leaf(node, setup, ray.t_min, hit.t);
         if (node == NO_NODE) break;
         Object object = object_at(node & FIRST_MASK);
-        traverse_tree(object.root, ray_from_world(object, ray), any_hit, hit);
-        --top;
-        node = top >= 0 ? stack[max(top, 0)] : NO_NODE;
-        if (any_hit && hit.triangle != NO_TRIANGLE) node = NO_NODE;
-    }
+        traverse_tree(object.root, ray_from_world(object, ray), from, any_hit, hit);
+        node = any_hit && hit.triangle != NO_TRIANGLE ? NO_NODE : stack[--top];
+    } while (node != NO_NODE);
+    top = 0;
 }
 #endif
 
-bool traverse(Ray ray, float t_max, const bool any_hit, out Hit hit) {
+bool traverse(Ray ray, uint from, float t_max, const bool any_hit, out Hit hit) {
     hit.t = t_max;
     hit.triangle = NO_TRIANGLE;
     hit.barycentrics = vec2(0.0);
 #if OBJECTS
-    traverse_objects(ray, any_hit, hit);
+    traverse_objects(ray, from, any_hit, hit);
 #else
-    traverse_tree(0u, ray, any_hit, hit);
+    traverse_tree(0u, ray, from, any_hit, hit);
 #endif
     return hit.triangle != NO_TRIANGLE;
 }
 
 // The closest hit with t_min <= t <= t_max.
 bool trace_closest(Ray ray, float t_max, out Hit hit) {
-    bool found = traverse(ray, t_max, false, hit);
-    if (found) {
+    uint from = 0u;
+    bool found, hole = false;
+    do {
+        found = traverse(ray, from, t_max, false, hit);
+        if (!found) break;
         uvec4 triangle = triangle_at(hit.triangle);
         hit.vertices = triangle.xyz;
         hit.material = material_of(triangle.w);
         hit.object = object_of(triangle.w);
-    }
+#ifdef HAS_ALPHA_MASK
+        hole = !alpha_passes(hit.material, hit.vertices, hit.barycentrics, hit.t);
+        ray.t_min = hit.t;
+        from = hit.triangle + 1u;
+#endif
+    } while (hole);
     return found;
 }
 
 // Whether anything lies at t_min <= t <= t_max.
 bool trace_any(Ray ray, float t_max) {
-    Hit unused;
-    return traverse(ray, t_max, true, unused);
+    Hit hit;
+#ifdef HAS_ALPHA_MASK
+    return trace_closest(ray, t_max, hit);  // holes can only be passed in the order in which the ray meets them
+#else
+    return traverse(ray, 0u, t_max, true, hit);
+#endif
 }

@@ -94,10 +94,13 @@ struct Frame {  // 592 bytes
 };
 
 struct BvhNode {  // 64 bytes
-    vec4 x;  // @0  lo and hi of child 0, lo and hi of child 1, m
-    vec4 y;  // @16  the same along y
-    vec4 z;  // @32  the same along z
-    uvec4 child;  // @48  x, y: references to child 0 and 1 (app/bvh/pack.py); z, w: unused
+    vec3 origin;  // @0  first planes of the grid, m
+    float step_x;  // @12  from a plane of the grid to the next, m
+    uvec3 low;  // @16  the boxes' low planes along x, y and z: a byte for each child, child 0 in the lowest
+    float step_y;  // @28
+    uvec3 high;  // @32  their high planes
+    float step_z;  // @44
+    uvec4 child;  // @48  references to the children (app/bvh/pack.py)
 };
 
 struct Object {  // 208 bytes
@@ -184,9 +187,12 @@ void read_record(usampler2D records, uint i, out BvhNode record) {
     uvec4 t1 = record_texel(records, 4u * i + 1u);
     uvec4 t2 = record_texel(records, 4u * i + 2u);
     uvec4 t3 = record_texel(records, 4u * i + 3u);
-    record.x = uintBitsToFloat(t0.xyzw);
-    record.y = uintBitsToFloat(t1.xyzw);
-    record.z = uintBitsToFloat(t2.xyzw);
+    record.origin = uintBitsToFloat(t0.xyz);
+    record.step_x = uintBitsToFloat(t0.w);
+    record.low = t1.xyz;
+    record.step_y = uintBitsToFloat(t1.w);
+    record.high = t2.xyz;
+    record.step_z = uintBitsToFloat(t2.w);
     record.child = t3.xyzw;
 }
 

@@ -12,6 +12,7 @@ from app.bvh.pack import (
     MAX_LEAF,
     NO_CHILD,
     child_boxes,
+    is_inner,
     is_leaf,
     leaf_range,
     leaf_reference,
@@ -53,40 +54,49 @@ MESHES = {
 
 
 def check(bvh: Bvh, positions: np.ndarray, indices: np.ndarray) -> None:
-    """Every triangle in one leaf, every node reached once, every box tight around what is below, the depth as told."""
+    """Every triangle in one leaf, every node reached once, every box around all that is below, the depth as told."""
     assert bvh.nodes.dtype == BVH_NODE
     np.testing.assert_array_equal(np.sort(bvh.order), np.arange(len(indices)))
     corners = positions[indices[bvh.order]]
-    lo, hi = child_boxes(bvh.nodes)
     reached = np.zeros(len(bvh.nodes), int)
     covered = np.zeros(len(indices), int)
     levels, current = [], np.array([0])
     while current.size:
         np.add.at(reached, current, 1)
         levels.append(current)
-        reference = bvh.nodes["child"][current, :2].ravel()
-        leaf = reference[is_leaf(reference)]
-        leaf = leaf[:1] if len(indices) == 1 else leaf  # a lone leaf stands in both places
-        for first, count in zip(*leaf_range(leaf), strict=True):
+        reference = bvh.nodes["child"][current].ravel()
+        for first, count in zip(*leaf_range(reference[is_leaf(reference)]), strict=True):
             assert 1 <= count <= build.LEAF_SIZE
             covered[first : first + count] += 1
-        current = reference[~is_leaf(reference) & (reference != NO_CHILD)].astype(int)
+        current = reference[is_inner(reference)].astype(int)
     assert (reached == 1).all()
     assert (covered == 1).all()
     assert len(levels) == bvh.depth <= build.MAX_DEPTH
+    check_boxes(bvh.nodes, corners, levels)
+
+
+def check_boxes(nodes: np.ndarray, corners: np.ndarray, levels: list[np.ndarray]) -> None:
+    """Decoded boxes hold the triangles `corners` (m, 3, 3) below them, and less than a step of the grid more."""
+    low, high = (box.astype(float) for box in child_boxes(nodes))
+    step = np.stack([nodes[name] for name in ("step_x", "step_y", "step_z")], axis=1).astype(float)
+    below = np.full((2, len(nodes), 3), [[[np.inf]], [[-np.inf]]])  # lowest and highest corner below each node
     for level in reversed(levels):
         for node in level:
-            for child in range(2):
-                reference = bvh.nodes["child"][node, child]
+            for child, reference in enumerate(nodes["child"][node]):
                 if reference == NO_CHILD:
                     continue
                 if is_leaf(reference):
                     first, count = leaf_range(reference)
-                    below = corners[first : first + count].reshape(-1, 3)
-                    expected = below.min(axis=0), below.max(axis=0)
+                    points = corners[first : first + count].reshape(-1, 3).astype(float)
+                    lowest, highest = points.min(axis=0), points.max(axis=0)
                 else:
-                    expected = lo[reference].min(axis=0), hi[reference].max(axis=0)
-                np.testing.assert_array_equal((lo[node, child], hi[node, child]), expected)
+                    lowest, highest = below[:, reference]
+                assert (low[node, child] <= lowest).all()
+                assert (lowest - low[node, child] < step[node]).all()
+                assert (high[node, child] >= highest).all()
+                assert (high[node, child] - highest < step[node]).all()
+                below[0, node] = np.minimum(below[0, node], lowest)
+                below[1, node] = np.maximum(below[1, node], highest)
 
 
 @pytest.mark.parametrize("name", MESHES)
@@ -100,11 +110,13 @@ def test_invariants(name: str) -> None:
 
 
 def test_small_trees_have_the_documented_form() -> None:
-    none, one = (build_bvh(*soup(MESHES[name])).nodes["child"][0, :2] for name in ("none", "one"))
+    none, one, two = (build_bvh(*soup(MESHES[name])).nodes["child"] for name in ("none", "one", "two"))
+    assert len(none) == len(one) == len(two) == 1
     assert (none == NO_CHILD).all()
-    assert is_leaf(one[0])
-    assert one[1] == one[0]
-    assert is_leaf(build_bvh(*soup(MESHES["two"])).nodes["child"][0, :2]).all()
+    np.testing.assert_array_equal(is_leaf(one[0]), [True, False, False, False])
+    np.testing.assert_array_equal(is_leaf(two[0]), [True, True, False, False])
+    assert (one[0, 1:] == NO_CHILD).all()
+    assert (two[0, 2:] == NO_CHILD).all()
 
 
 def test_same_input_same_tree() -> None:

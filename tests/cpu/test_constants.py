@@ -62,6 +62,7 @@ def found(file: str) -> dict[str, str]:
         ("lib/mask.glsl", "FARTHEST_TEXELS", hybrid_twin.FARTHEST_TEXELS),
         ("shared/scene.glsl", "NO_TEXTURE", NO_TEXTURE),
         ("shared/objects.glsl", "OBJECT_SHIFT", arrays.OBJECT_SHIFT),
+        ("rays/traverse.glsl", "LAST_PLANE", pack.LAST_PLANE),
         ("rays/traverse.glsl", "LEAF_BIT", pack.LEAF_BIT),
         ("rays/traverse.glsl", "FIRST_MASK", pack.MAX_TRIANGLES - 1),
         ("rays/traverse.glsl", "NO_NODE", pack.NO_CHILD),

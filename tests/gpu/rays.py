@@ -10,8 +10,9 @@ import numpy as np
 
 from app.bvh.build import Bvh, build_bvh
 from app.bvh.oracle import intersect_triangle
-from app.bvh.pack import pack_triangle_positions, pack_triangles
+from app.bvh.pack import pack_triangle_positions, pack_triangles, stack_entries
 from app.bvh.top import scene_tree
+from app.gpu.records import IN_TEXTURES, Records, RecordTexture, make_records
 from app.gpu.scene import GpuScene, Progress
 from app.gpu.shaders import assemble, load_glsl
 from app.scene.flatten import flatten, places
@@ -50,11 +51,12 @@ class Result:
 
 
 class Mesh:
-    """Triangles (m, 3, 3) with their tree in GPU buffers."""
+    """Triangles (m, 3, 3) with their tree on the GPU, in storage blocks or in textures."""
 
     def __init__(
-        self, ctx: moderngl.Context, positions: np.ndarray, indices: np.ndarray, materials: np.ndarray | None = None
-    ):
+        self, ctx: moderngl.Context, positions: np.ndarray, indices: np.ndarray, materials: np.ndarray | None = None,
+        textures: bool = False,
+    ):  # fmt: skip
         self.ctx = ctx
         positions = np.ascontiguousarray(positions, np.float32)
         indices = np.ascontiguousarray(indices, np.uint32)
@@ -62,8 +64,9 @@ class Mesh:
         self.corners = positions[indices].astype(np.float64)
         self.bvh: Bvh = build_bvh(positions, indices)
         order = self.bvh.order
-        self.buffers = {
-            name: ctx.buffer(data.tobytes() or bytes(16))
+        self.textures = textures
+        self.records = {
+            name: make_records(ctx, data.tobytes() or bytes(16), textures)
             for name, data in {
                 "BvhNodes": self.bvh.nodes,
                 "Triangles": pack_triangles(order, indices, materials),
@@ -82,14 +85,15 @@ class Mesh:
         call: str = "trace_closest(ray, t_max, hit)", alpha: str = "",
     ) -> Result:  # fmt: skip
         """Runs `call` for every ray."""
-        defines = {"BVH_STACK": self.bvh.depth, "OBJECTS": 0, **({"HAS_ALPHA_MASK": 1} if alpha else {})}
+        defines = {"BVH_STACK": stack_entries(self.bvh.depth), "OBJECTS": 0, **({"HAS_ALPHA_MASK": 1} if alpha else {})}
+        defines |= {IN_TEXTURES: 1} if self.textures else {}
         return trace_rays(
-            self.ctx, self.buffers, self.bvh.order, defines, (origins, directions), (t_min, t_max), call, alpha
+            self.ctx, self.records, self.bvh.order, defines, (origins, directions), (t_min, t_max), call, alpha
         )
 
     def release(self) -> None:
-        for buffer in self.buffers.values():
-            buffer.release()
+        for records in self.records.values():
+            records.release()
 
 
 class MovingMesh:
@@ -128,17 +132,22 @@ class MovingMesh:
 
 
 def trace_rays(
-    ctx: moderngl.Context, scene: Mapping[str, moderngl.Buffer], order: np.ndarray, defines: Mapping[str, object],
+    ctx: moderngl.Context, scene: Mapping[str, Records], order: np.ndarray, defines: Mapping[str, object],
     rays_od: tuple[np.ndarray, np.ndarray], limits: tuple[float, float], call: str, alpha: str,
 ) -> Result:  # fmt: skip
-    """Runs `call` for every ray (origins, directions) between t_min and t_max on the blocks of a scene."""
+    """Runs `call` for every ray (origins, directions) between t_min and t_max on the records of a scene."""
     origins, directions = rays_od
     kernel = KERNEL.replace("TRACE", call).replace("ALPHA", alpha)
     shader = ctx.compute_shader(assemble("<test>", {**load_glsl(), "<test>": kernel}, defines).text)
     rays = np.zeros((len(origins), 2, 4), np.float32)
     rays[:, 0, :3], rays[:, 1, :3] = origins, directions
+    held_in_textures = {name: held.texture for name, held in scene.items() if isinstance(held, RecordTexture)}
+    for unit, (name, texture) in enumerate(held_in_textures.items()):
+        if name in shader:
+            texture.use(unit)
+            shader[name] = unit
     buffers = {
-        **scene,
+        **{name: held for name, held in scene.items() if name not in held_in_textures},
         "Rays": ctx.buffer(rays.tobytes()),
         "Results": ctx.buffer(reserve=16 * len(rays)),
     }
@@ -191,4 +200,5 @@ def exact(origins: np.ndarray, directions: np.ndarray, corners: np.ndarray) -> t
     """(t, smallest weight) in float64 of the rays as the shader saw them: rounded to float32."""
     o, d = (np.asarray(a, np.float32).astype(float) for a in (origins, directions))
     t, v, w = intersect_triangle(o, d, corners)
-    return t, np.minimum(np.minimum(v, w), 1 - v - w)
+    with np.errstate(invalid="ignore"):  # infinite weights: parallel to the plane
+        return t, np.minimum(np.minimum(v, w), 1 - v - w)

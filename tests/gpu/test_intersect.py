@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import moderngl
 import numpy as np
+import pytest
 
 from app.bvh import oracle
 
@@ -52,45 +55,88 @@ def test_product_error_is_exact(ctx: moderngl.Context) -> None:
 
 
 ENTER = """
-vec2 enter(vec3 o, vec3 d, vec3 lo0, vec3 hi0, vec3 lo1, vec3 hi1, float t_max) {
-    RaySetup s = prepare_ray(Ray(o, d, 0.0), min(lo0, lo1), max(hi0, hi1));
-    return intersect_boxes(s, vec4(lo0.x, hi0.x, lo1.x, hi1.x), vec4(lo0.y, hi0.y, lo1.y, hi1.y),
-                           vec4(lo0.z, hi0.z, lo1.z, hi1.z), 0.0, t_max);
+vec4 enter(vec3 o, vec3 d, vec3 origin, vec3 steps, uvec3 low, uvec3 high, float t_max) {
+    RaySetup s = prepare_ray(Ray(o, d, 0.0), origin, origin + 255.0 * steps);
+    return intersect_boxes(s, origin, steps, low, high, 0.0, t_max);
 }"""
-ENTER_SIGNATURE = "vec2 enter(vec3 o, vec3 d, vec3 lo0, vec3 hi0, vec3 lo1, vec3 hi1, float t_max)"
+ENTER_SIGNATURE = "vec4 enter(vec3 o, vec3 d, vec3 origin, vec3 steps, uvec3 low, uvec3 high, float t_max)"
+GRIDS = [  # (origin, steps, planes of the grid that boxes may use, the rays' origins in multiples of those)
+    pytest.param((-3.0, -3.0, -3.0), (1.0, 1.0, 1.0), 7, 1.3, id="whole numbers"),
+    pytest.param((0.375, -1.5, 2.0), (2.0**-9, 2.0**-7, 2.0**-8), 256, 1.2, id="a small node"),
+    pytest.param((1e6, -3e5, 4096.0), (0.0625, 2.0, 2.0**-12), 256, 1.2, id="far from the origin"),
+    pytest.param((2.0**30, 0.0, 0.0), (64.0, 2.0**10, 2.0**-30), 256, 1.2, id="uneven"),
+]
 
 
-def boxes_and_rays(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """Boxes on a coarse grid, half of them flat along some axis; rays from grid points, many with zero components."""
-    corner = rng.integers(-3, 4, (2, COUNT, 3)).astype(float)
-    lo, hi = corner.min(axis=0), corner.max(axis=0)
-    origins = np.where(rng.random((COUNT, 3)) < 0.5, rng.integers(-4, 5, (COUNT, 3)), rng.uniform(-4, 4, (COUNT, 3)))
-    directions = rng.normal(size=(COUNT, 3))
+@dataclass(frozen=True)
+class Case:
+    """Boxes on a grid, four a ray and half of them flat along some axis, and rays from about its planes."""
+
+    grid: tuple[np.ndarray, np.ndarray]  # origin and steps, (3,)
+    words: np.ndarray  # (2, COUNT, 3) low and high, four bytes each
+    low: np.ndarray  # (COUNT, 4, 3) float64
+    high: np.ndarray
+    origins: np.ndarray  # (COUNT, 3)
+    directions: np.ndarray
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(COUNT, 1, 1) from the ray's origin to the corners of the grid, along the longest axis."""
+        first, step = self.grid
+        return np.abs(np.stack([first, first + 255 * step])[:, None] - self.origins).max(axis=(0, 2))[:, None, None]
+
+    def enter(self, ctx: moderngl.Context, t_max: float) -> np.ndarray:
+        """(COUNT, 4) as the shader says."""
+        args = self.origins, self.directions, *self.grid, *self.words, t_max
+        return call_glsl(ctx, INCLUDE, ENTER_SIGNATURE, *args, extra=ENTER).astype(float)
+
+    def truth(self, t_max: float, widening: np.ndarray | float = 0.0) -> np.ndarray:
+        rays = self.origins[:, None], self.directions[:, None]
+        return oracle.intersect_boxes(*rays, self.low - widening, self.high + widening, 0.0, t_max)
+
+
+def boxes_and_rays(seed: int, origin: tuple[float, ...], steps: tuple[float, ...], planes: int, around: float) -> Case:
+    rng = np.random.default_rng(seed)
+    first, step = float32(np.array(origin)), np.array(steps)
+    ends = rng.integers(0, planes, (2, COUNT, 4, 3))
+    ends[1] = np.where(rng.random((COUNT, 4, 3)) < 0.2, ends[0], ends[1])
+    ends.sort(axis=0)
+    words = np.ascontiguousarray(np.swapaxes(ends, 2, 3).astype(np.uint8)).view(np.uint32)[..., 0]
+    place = rng.uniform(-around, around, (COUNT, 3)) * planes / 2 + planes / 2
+    place = np.where(rng.random((COUNT, 3)) < 0.5, np.round(place), place)
+    directions = rng.normal(size=(COUNT, 3)) * step
     directions[rng.random((COUNT, 3)) < 0.3] = 0.0
     directions *= rng.choice([-1.0, 1.0], (COUNT, 3))  # -0.0 too
     directions[(directions == 0).all(axis=1), 0] = 1.0
-    return lo, hi, float32(origins), float32(directions)
+    low, high = first + ends * step
+    return Case((first, step), words, low, high, float32(first + place * step), float32(directions))
 
 
-def test_boxes_are_never_missed_and_entered_no_later(ctx: moderngl.Context) -> None:
-    lo, hi, origins, directions = boxes_and_rays(np.random.default_rng(3))
-    t_max = 3.0
-    ours = call_glsl(ctx, INCLUDE, ENTER_SIGNATURE, origins, directions, lo, hi, lo, hi, t_max, extra=ENTER)
-    np.testing.assert_array_equal(ours[:, 0], ours[:, 1])
-    truth = oracle.intersect_boxes(origins, directions, lo, hi, 0.0, t_max)
-    assert np.isfinite(ours[np.isfinite(truth), 0]).all()
-    assert (ours[:, 0] <= truth * (1 + 3 * ULP)).all()
+@pytest.mark.parametrize(("origin", "steps", "planes", "around"), GRIDS)
+def test_boxes_are_never_missed_and_entered_no_later(
+    ctx: moderngl.Context, origin: tuple[float, ...], steps: tuple[float, ...], planes: int, around: float
+) -> None:
+    """Nor is a box that the triangle test's errors, up to 10 roundings of the reach, bring within reach of the ray."""
+    case = boxes_and_rays(3, origin, steps, planes, around)
+    ours, truth = case.enter(ctx, t_max=0.8 * planes), case.truth(0.8 * planes)
+    assert np.isfinite(ours[np.isfinite(case.truth(0.8 * planes, 10 * ULP * case.reach))]).all()
+    assert (ours <= truth * (1 + 3 * ULP)).all()
+    assert 0.01 < np.isfinite(truth).mean() < 0.6  # both answers occur
 
 
-def test_boxes_are_widened_by_no_more_than_the_margin(ctx: moderngl.Context) -> None:
+@pytest.mark.parametrize(("origin", "steps", "planes", "around"), GRIDS)
+def test_boxes_are_widened_by_no_more_than_the_margin(
+    ctx: moderngl.Context, origin: tuple[float, ...], steps: tuple[float, ...], planes: int, around: float
+) -> None:
     """Every box reported hit is hit in float64 once widened by a few roundings of the coordinates."""
-    lo, hi, origins, directions = boxes_and_rays(np.random.default_rng(4))
-    ours = call_glsl(ctx, INCLUDE, ENTER_SIGNATURE, origins, directions, lo, hi, lo, hi, 3.0, extra=ENTER)
-    reach = np.maximum(np.abs(lo - origins), np.abs(hi - origins)).max(axis=1, keepdims=True)
-    widening = 2 * (10 * ULP * reach + ULP * np.abs(origins).max(axis=1, keepdims=True)) + 8 * ULP * reach
-    truth = oracle.intersect_boxes(origins, directions, lo - widening, hi + widening, 0.0, 3.0 * (1 + 10 * ULP))
-    assert np.isfinite(truth[np.isfinite(ours[:, 0])]).all()
-    assert 0.05 < np.isfinite(ours[:, 0]).mean() < 0.5  # both answers occur
+    case = boxes_and_rays(4, origin, steps, planes, around)
+    t_max = 0.8 * planes
+    ours = case.enter(ctx, t_max)
+    far = np.abs(case.origins).max(axis=1)[:, None, None]
+    truth = case.truth(t_max * (1 + 10 * ULP), 2 * (15 * ULP * case.reach + ULP * far) + 8 * ULP * case.reach)
+    assert np.isfinite(truth[np.isfinite(ours)]).all()
+    assert np.isfinite(ours).any()
+    assert not np.isfinite(ours).all()
 
 
 HIT = """

@@ -179,7 +179,11 @@ def test_std140_and_std430_coincide(dtype: np.dtype) -> None:
     for name, (kind, _) in struct_fields(dtype).items():
         base, offset = dtype.fields[name][:2]
         assert offset >= end
-        assert offset % {"mat4": 16, "vec3": 16, "vec4": 16, "uvec4": 16, "ivec4": 16}.get(kind, base.itemsize) == 0
+        assert (
+            offset
+            % {"mat4": 16, "vec3": 16, "uvec3": 16, "vec4": 16, "uvec4": 16, "ivec4": 16}.get(kind, base.itemsize)
+            == 0
+        )
         end = offset + base.itemsize
     assert end <= dtype.itemsize
     if any(kind in ("mat4", "vec3", "vec4", "uvec4", "ivec4") for kind, _ in struct_fields(dtype).values()):

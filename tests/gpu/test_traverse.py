@@ -213,6 +213,41 @@ def test_coincident_triangles_answer_with_the_first_in_leaf_order(ctx: moderngl.
     mesh.release()
 
 
+def scattered(rng: np.random.Generator, shape: str) -> np.ndarray:
+    """(500, 3, 3) random triangles."""
+    corners = rng.uniform(-4, 4, (500, 1, 3)) + rng.normal(scale=0.4, size=(500, 3, 3))
+    return {
+        "plain": lambda: corners,
+        "huge": lambda: corners * 1e8,
+        "tiny": lambda: corners * 1e-12,
+        "far away": lambda: moved(corners, 3000, -1000, 500),
+        "one step of float32": lambda: 1e-3 * corners + 2.0**14,
+        "uneven": lambda: corners * [1e5, 1, 1e-5],
+        "sheets": lambda: np.where(rng.random((500, 1, 3)) < 0.5, np.round(corners[:, :1]), corners),
+        "one plane": lambda: corners * [1, 1, 0] + [0, 0, 0.3],
+    }[shape]()
+
+
+@pytest.mark.parametrize("textures", [False, True], ids=["blocks", "textures"])
+@pytest.mark.parametrize(
+    "shape", ["plain", "huge", "tiny", "far away", "one step of float32", "uneven", "sheets", "one plane"]
+)
+def test_scattered_triangles_against_float64(ctx: moderngl.Context, shape: str, textures: bool) -> None:
+    rng = np.random.default_rng(7)
+    corners = scattered(rng, shape).astype(np.float32).astype(float)
+    mesh = Mesh(ctx, corners.reshape(-1, 3), np.arange(1500).reshape(-1, 3), textures=textures)
+    low, size = corners.min(axis=(0, 1)), np.ptp(corners, axis=(0, 1))
+    origins = low + rng.uniform(-0.2, 1.2, (8000, 3)) * np.maximum(size, 0.1 * size.max() if shape != "uneven" else 0)
+    targets = np.einsum("ri,rij->rj", rng.dirichlet([1, 1, 1], 8000), corners[rng.integers(0, 500, 8000)])
+    origins, directions = as_float32(origins, targets - origins)
+    result = mesh.trace(origins, directions)
+    truth = brute_force(origins, directions, corners)
+    assert_none_invented(mesh, origins, directions, result)
+    assert_none_lost(mesh, origins, directions, result, truth.t, truth.triangle)
+    assert result.hit.mean() > 0.5
+    mesh.release()
+
+
 @pytest.mark.parametrize("count", [0, 1, 2, 5])
 def test_tiny_trees(ctx: moderngl.Context, count: int) -> None:
     triangle = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], float)
@@ -235,27 +270,4 @@ def test_only_hits_between_t_min_and_t_max_count(ctx: moderngl.Context) -> None:
         closest = mesh.trace(*ray, t_min, t_max)
         assert (closest.t[0] if closest.hit[0] else None) == expected
         assert mesh.trace(*ray, t_min, t_max, call="trace_any(ray, t_max)").hit[0] == (expected is not None)
-    mesh.release()
-
-
-def test_masked_holes_let_rays_through(ctx: moderngl.Context) -> None:
-    """A mask by material equals tracing the triangles that are left."""
-    rng = np.random.default_rng(6)
-    corners = (
-        (rng.uniform(-1, 1, (400, 1, 3)) + rng.normal(scale=0.3, size=(400, 3, 3))).astype(np.float32).astype(float)
-    )
-    material = rng.integers(0, 4, 400).astype(np.uint32)
-    mesh = Mesh.of(ctx, corners, material)
-    passes = "(material & 1u) == 0u && v.x % 3u == 0u"  # a triangle's first vertex is a multiple of 3 in this mesh
-    alpha = f"bool alpha_passes(uint material, uvec3 v, vec2 weights, float t) {{ return {passes}; }}"
-    origins, directions = as_float32(rng.uniform(-2, 2, (20_000, 3)), unit_vectors(rng, 20_000))
-    result = mesh.trace(origins, directions, alpha=alpha)
-    even = np.flatnonzero(material % 2 == 0)
-    truth = brute_force(origins, directions, corners[even])
-    assert not np.isin(result.triangle[result.hit], np.flatnonzero(material % 2)).any()
-    other = np.where(truth.triangle >= 0, even[truth.triangle], -1)
-    assert_none_invented(mesh, origins, directions, result)
-    assert_none_lost(mesh, origins, directions, result, truth.t, other)
-    any_hit = mesh.trace(origins, directions, alpha=alpha, call="trace_any(ray, t_max)")
-    np.testing.assert_array_equal(any_hit.hit, result.hit)
     mesh.release()
