@@ -8,36 +8,24 @@ import platform
 import shlex
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from .bench_options import Subject, effort_of, folder_of, subjects_of
 from .camera import read_viewpoint
 from .errors import UserError
-from .measure.bench import VIEWS, Effort, Stage, measured, scene_values, slug, subject_name, traced_series
+from .measure.bench import Effort, Stage, measured, scene_values, slug, traced_series
 from .measure.bench_progress import REFERENCE, SERIES, Bar, duration, guessed_s
 from .measure.bench_store import FORMAT, Store, read_results
 from .measure.candidates import Candidate
-from .settings import Settings, parse, plain, walk
+from .scene.load import scene_file
+from .settings import Settings, plain
 
 PACKAGES = ("moderngl", "numpy", "trimesh", "pillow", "flip-evaluator", "matplotlib")
-NUMBERS = ("frames", "timed", "spp")
-LISTS = {
-    "rings": "post.rings",
-    "rays": "rays.budget",
-    "samples": "rays.samples_per_frame",
-}  # options that vary a setting
-QUICK: dict[str, Any] = {"frames": 4, "timed": 6, "spp": 64, "rings": (4,), "rays": (1.0, 4.0), "samples": (1, 4, 16)}
-
-
-@dataclass(frozen=True)
-class Subject:
-    """A scene, and the camera file it is seen by; None: its own first camera."""
-
-    name: str
-    scene: str
-    camera_file: str | None
 
 
 def run(options: argparse.Namespace, given: Mapping[str, Any], version: str) -> int:
@@ -47,7 +35,7 @@ def run(options: argparse.Namespace, given: Mapping[str, Any], version: str) -> 
     if not options.output:
         raise UserError("bench needs a folder to write: -o DIR (see hybrid-dof bench --help)")
     effort, subjects = effort_of(options), subjects_of(options.scenes)
-    store = Store(_folder(options.output))
+    store = Store(folder_of(options.output))
 
     from .gpu.context import device_name, headless_context
     from .measure.metrics import has_flip
@@ -80,46 +68,6 @@ def run(options: argparse.Namespace, given: Mapping[str, Any], version: str) -> 
     for line in _written(results, store.folder):
         print(line)
     return 0
-
-
-def effort_of(options: argparse.Namespace) -> Effort:
-    """How much is run: `--quick` changes what was not given. Raises UserError."""
-    numbers = {name: value for name in NUMBERS if (value := getattr(options, name)) is not None}
-    lists = {name: _listed(name, text) for name in LISTS if (text := getattr(options, name)) is not None}
-    effort = Effort(
-        size=options.size,
-        seed=options.seed,
-        time_s=options.time,
-        views=_views(options.views),
-        **{**(QUICK if options.quick else {}), **numbers, **lists},
-    )
-    if effort.spp % 2:
-        raise UserError(f"--spp {effort.spp}: give an even number, since a reference is drawn in two halves")
-    return effort
-
-
-def subjects_of(given: list[str]) -> list[Subject]:
-    """Scenes as they were named, SCENE or SCENE@CAMERA.json; all built-in ones where none was. Raises UserError."""
-    from .scene.gallery import SCENES
-    from .scene.load import scene_file
-
-    subjects: list[Subject] = []
-    for text in given or [entry.name for entry in SCENES]:
-        scene, at, camera = text.rpartition("@")
-        if not at or not camera.endswith(".json"):
-            scene, camera = text, ""
-        scene_file(scene)
-        if camera:
-            read_viewpoint(camera)
-        if any((s.scene, s.camera_file) == (scene, camera or None) for s in subjects):
-            raise UserError(f"{text} is named twice")
-        name = first = subject_name(scene, camera or None)
-        count = 1
-        while any(slug(s.name) == slug(name) for s in subjects):
-            count += 1
-            name = f"{first} ({count})"
-        subjects.append(Subject(name, scene, camera or None))
-    return subjects
 
 
 class _Runs:
@@ -211,7 +159,8 @@ class _Runs:
         from .session import focused, load_gpu_scene, viewpoints
 
         scene, gpu = load_gpu_scene(self._ctx, subject.scene, self._bar.show)
-        own = viewpoints(scene, (gpu.facts.low, gpu.facts.high))[0]
+        low, high = np.array(gpu.facts.low), np.array(gpu.facts.high)
+        own = viewpoints(scene, (low, high))[0]
         viewpoint = read_viewpoint(subject.camera_file) if subject.camera_file else own
         settings = focused(Settings(), viewpoint, self._given)
         renderer = Renderer(self._ctx, gpu, self._effort.size, seed=self._effort.seed)
@@ -253,37 +202,8 @@ def _compare(options: argparse.Namespace) -> int:
     return 0
 
 
-def _folder(text: str) -> Path:
-    folder = Path(text)
-    if not folder.absolute().parent.is_dir():
-        raise UserError(f"-o {text}: there is no folder {folder.parent}")
-    if folder.exists() and not folder.is_dir():
-        raise UserError(f"-o {text} is a file; name a folder")
-    return folder
-
-
-def _views(text: str | None) -> tuple[str, ...]:
-    if text is None:
-        return VIEWS
-    named = text.split(",")
-    if unknown := [name for name in named if name not in VIEWS]:
-        raise UserError(f"--views: there is no {unknown[0]!r} to compare; choose from {','.join(VIEWS)}")
-    return tuple(view for view in VIEWS if view in named)
-
-
-def _listed(name: str, text: str) -> tuple[Any, ...]:
-    """Values of a setting separated by commas, in order, each once."""
-    leaf = next(leaf for path, leaf, _ in walk(Settings()) if path == LISTS[name])
-    try:
-        return tuple(sorted({parse(LISTS[name], part, leaf) for part in text.split(",")}))
-    except UserError as error:
-        raise UserError(f"--{name} {text!r}: {str(error).split(': ', 1)[-1]}, or several with commas between") from None
-
-
 def _digests(subject: Subject) -> list[str]:
     """Of the files that a subject is made of: a changed one is another subject."""
-    from .scene.load import scene_file
-
     paths = [scene_file(subject.scene), *([Path(subject.camera_file)] if subject.camera_file else [])]
     return [hashlib.sha256(path.read_bytes()).hexdigest()[:16] for path in paths]
 

@@ -226,13 +226,13 @@ def times_values(times: FrameTimes) -> Values:
 
 def times_of_values(values: Values) -> Times:
     """Times as they were before they became JSON."""
-    return Times(**{name: math.nan if value is None else value for name, value in values.items()})
+    median, p95, low, high = (_number(values[name]) for name in ("median", "p95", "low", "high"))
+    return Times(median, p95, low, high, values["count"])
 
 
 def error(run: Values, frames: int, metric: str, region: str = WHOLE) -> float:
     """One figure of a run; NaN where it is not known."""
-    value = run["errors"].get(str(frames), {}).get(region, {}).get(metric)
-    return math.nan if value is None else float(value)
+    return _number(run["errors"].get(str(frames), {}).get(region, {}).get(metric))
 
 
 def last_frames(run: Values) -> int:
@@ -260,6 +260,10 @@ def subject_name(scene: str, camera_file: str | None) -> str:
     """What a scene seen by a camera is called."""
     name = Path(scene).stem
     return f"{name}@{Path(camera_file).stem}" if camera_file else name
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
 
 
 def _finite(values: Values) -> Values:

@@ -87,7 +87,9 @@ class Bar:
 
     def left(self) -> str:
         """The time to go, in words."""
-        seconds = self._ahead * (self._spent / self._guessed if self._guessed else 1.0)
+        # The first parts are unlike the rest and must not decide alone: the guess counts like a tenth of all parts.
+        trust = 0.1 * (self._guessed + self._ahead)
+        seconds = self._ahead * (self._spent + trust) / max(self._guessed + trust, 1e-9)
         return f"about {duration(seconds)} left"
 
 
