@@ -7,7 +7,7 @@ import hashlib
 import platform
 import shlex
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from importlib import metadata
 from pathlib import Path
@@ -38,7 +38,9 @@ def run(options: argparse.Namespace, given: Mapping[str, Any], version: str) -> 
     store = Store(folder_of(options.output))
 
     from .gpu.context import device_name, headless_context
+    from .measure.bench_report import write_report
     from .measure.metrics import has_flip
+    from .measure.plots import write_plots
 
     ctx = headless_context()
     flip = has_flip()
@@ -64,9 +66,14 @@ def run(options: argparse.Namespace, given: Mapping[str, Any], version: str) -> 
         **asdict(effort),
         "given_settings": configuration["settings"],
     }
-    results = _Runs(ctx, effort, given, store, subjects, about).all()
-    for line in _written(results, store.folder):
-        print(line)
+    results, files = about, []
+    for results in _Runs(ctx, effort, given, store, subjects, about).after_each_scene():
+        files = write_report(results, store.folder)  # so that a later interruption leaves something to read
+    try:
+        files += write_plots(results, store.folder)
+    except UserError as error:
+        _say(str(error))
+    print(*files, sep="\n")
     return 0
 
 
@@ -95,31 +102,24 @@ class _Runs:
             + (f"; a first guess: {duration(sum(ahead))}" if ahead else "")
         )
 
-    def all(self) -> dict[str, Any]:
-        """Run what is missing; everything that is known then."""
+    def after_each_scene(self) -> Iterator[dict[str, Any]]:
+        """Run what is missing; all results so far, each time that a scene is done."""
         try:
             for subject in self._subjects:
                 if missing := self._missing(subject):
                     self._scene(subject, missing)
+                yield {**self._about, "scenes": [self._results(s) for s in self._subjects if not self._missing(s)]}
         except KeyboardInterrupt:
             self._bar.close()
             _say("what is done is kept; the same command goes on from there")
             raise
         finally:
             self._bar.close()
-        scenes = []
-        for subject in self._subjects:
-            runs = [self._kept(subject, label) for label, _ in self._labels]
-            scenes.append(
-                {
-                    "name": subject.name,
-                    "scene": subject.scene,
-                    "camera_file": subject.camera_file,
-                    **self._kept(subject, "scene"),
-                    "runs": runs,
-                }
-            )
-        return {**self._about, "scenes": scenes}
+
+    def _results(self, subject: Subject) -> dict[str, Any]:
+        named = {"name": subject.name, "scene": subject.scene, "camera_file": subject.camera_file}
+        runs = [self._kept(subject, label) for label, _ in self._labels]
+        return {**named, **self._kept(subject, "scene"), "runs": runs}
 
     def _kept(self, subject: Subject, label: str) -> Any:
         return self._store.get(slug(subject.name), slug(label))
@@ -177,20 +177,6 @@ class _Runs:
         )
         stage = Stage(self._ctx, renderer, viewpoint.camera, settings, truth)
         return stage, scene_values(stage, self._effort, digest)
-
-
-def _written(results: dict[str, Any], folder: Path) -> list[str]:
-    """The files that were made of the results, and what was not."""
-    from .measure.bench_report import write_report
-    from .measure.plots import write_plots
-
-    files = write_report(results, folder)
-    try:
-        files += write_plots(results, folder)
-        notes = []
-    except UserError as error:
-        notes = [str(error)]
-    return [*map(str, files), *notes]
 
 
 def _compare(options: argparse.Namespace) -> int:

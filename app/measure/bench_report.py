@@ -156,9 +156,9 @@ def _scene_lines(results: Values, scene: Values) -> list[str]:
             run["label"],
             *(error_text(run, *which) for _, *which in errors),
             time_text(run["times"]["frame"]),
-            number(run["times"]["frame"]["p95"], ".4g"),
+            ms_text(run["times"]["frame"]["p95"]),
             str(run["times"]["frame"]["count"]),
-            number(run["times"]["cpu"]["median"], ".3g"),
+            ms_text(run["times"]["cpu"]["median"]),
             *(_ratios(run, post, frames, metric) if post else []),
             ", ".join(str(n) for n, labels in zip((1, frames), fronts) if run["label"] in labels),
         ]
@@ -194,8 +194,13 @@ def error_text(run: Values, frames: int, metric: str, region: str) -> str:
 
 def time_text(times: Values) -> str:
     """A median and its interval."""
-    median = number(times["median"], ".4g")
-    return median if times["low"] is None else f"{median} [{times['low']:.4g}, {times['high']:.4g}]"
+    median = ms_text(times["median"])
+    return median if times["low"] is None else f"{median} [{ms_text(times['low'])}, {ms_text(times['high'])}]"
+
+
+def ms_text(ms: float | None) -> str:
+    """Milliseconds with three digits that count, or all in front of the point."""
+    return number(ms, ".0f" if ms is not None and ms >= 1000.0 else "#.3g").removesuffix(".")
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -7,17 +7,18 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
+Label = tuple[float, float, str, str]  # where in the data, what, which colour
 Box = tuple[float, float, float, float]  # left, bottom, right, top [px]
 
 DIRECTIONS = [math.radians(angle) for angle in (45, 0, 90, 135, -45, -90, 180, -135)]  # in order of preference
 DISTANCES_PT = (5.0, 10.0, 17.0, 26.0)
 LEADER_FROM_PT = 9.0  # a label farther away is tied to its point by a line
 POINT_PT = 3.0  # half the width of what a point covers
-PASSED = 8  # points along a piece of a line that labels shun as well
+PASSED = 24  # points along a piece of a line that labels shun as well
 
 
-def place(figure: Any, axes: Any, points: Sequence[tuple[float, float, str, str]], lines: Sequence[Any]) -> None:
-    """Write (x, y, text, colour) beside each point. Call it last: limits and layout must not change afterwards.
+def place(figure: Any, axes: Any, points: Sequence[Label], lines: Sequence[Any]) -> None:
+    """Write each label beside its point. Call it last: limits and layout must not change afterwards.
 
     `lines` are sequences of points that are joined; labels shun them too.
     """
@@ -47,7 +48,7 @@ def place(figure: Any, axes: Any, points: Sequence[tuple[float, float, str, str]
                 box = _box(point[0] + offset[0], point[1] + offset[1], width, height)
                 outside = _area(box) - _overlap(box, (frame.x0, frame.y0, frame.x1, frame.y1))
                 covered = sum(_overlap(box, other) for other in taken) + 4 * outside
-                crossed = sum(_overlap(box, _around(p, 1.0)) for p in along)
+                crossed = 6 * sum(_overlap(box, _around(p, 1.0)) for p in along)
                 if (new := covered + crossed + distance + 0.3 * preference) < cost:
                     best, cost = offset, new
         taken.append(_box(point[0] + best[0], point[1] + best[1], width, height))

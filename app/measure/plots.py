@@ -13,7 +13,7 @@ from .bench import checkpoints, error, metric_of, slug
 from .bench_report import NAMES, NEAR, median_ms, number
 from .candidates import front
 from .metrics import WHOLE
-from .plot_labels import place
+from .plot_labels import Label, place
 
 Values = dict[str, Any]
 
@@ -27,6 +27,7 @@ LEGEND = {
     "traced": "ray-traced (number: samples per frame)",
 }
 PLACES = {WHOLE: "whole picture", NEAR: "near silhouettes"}
+JOINED = 0.06  # relative distance below which two labels would cover each other
 SMALL_SHARE = 0.02  # of the longest bar: passes below it everywhere are added up
 
 
@@ -96,7 +97,9 @@ def _points(axes: Any, runs: list[Values], metric: str, after: int, region: str)
     for _, wrong, run in known:
         times = run["times"]["frame"]
         if times["low"] is not None:
-            axes.plot([times["low"], times["high"]], [wrong] * 2, color=COLOURS[run["view"]], linewidth=0.8, zorder=2)
+            interval = [(times["low"], wrong), (times["high"], wrong)]
+            axes.plot(*zip(*interval, strict=True), color=COLOURS[run["view"]], linewidth=0.8, zorder=2)
+            lines.append(interval)
     return [(ms, wrong, _short(run), COLOURS[run["view"]]) for ms, wrong, run in known], lines
 
 
@@ -150,9 +153,10 @@ def convergence(results: Values, scene: Values) -> Any:
     panels = figure.subplots(1, len(columns), squeeze=False)[0]
     drawn = []
     for axes, region in zip(panels, columns, strict=True):
-        ends, lines = [], []
+        ends: list[Label] = []
+        lines: list[list[tuple[float, float]]] = []
         for run, shade in _shaded(runs):
-            line = [(int(n), error(run, int(n), "rmse", region)) for n in sorted(run["errors"], key=int)]
+            line = [(float(n), error(run, int(n), "rmse", region)) for n in sorted(run["errors"], key=int)]
             line = [(n, wrong) for n, wrong in line if _positive(wrong)]
             if line:
                 colour = COLOURS[run["view"]]
@@ -162,7 +166,7 @@ def convergence(results: Values, scene: Values) -> Any:
                 ends.append((*line[-1], _short(run), colour))
                 lines.append(line)
         top = max(wrong for line in lines for _, wrong in line)
-        slope = [(n, 0.8 * top / math.sqrt(n)) for n in (1, frames)]
+        slope = [(float(n), 0.8 * top / math.sqrt(n)) for n in (1, frames)]
         axes.plot(*zip(*slope, strict=True), color="black", linestyle="--", linewidth=1)
         if _positive(floor := scene["floor"][region]["rmse"]):
             axes.axhline(floor, color="0.5", linestyle=":", linewidth=1, zorder=0)
@@ -184,12 +188,12 @@ def convergence(results: Values, scene: Values) -> Any:
     return figure
 
 
-def _joined(ends: list[tuple[float, float, str, str]]) -> list[tuple[float, float, str, str]]:
+def _joined(ends: list[Label]) -> list[Label]:
     """One label for the ends of a view's lines that lie on each other."""
-    joined: list[tuple[float, float, str, str]] = []
+    joined: list[Label] = []
     for x, y, text, colour in ends:
         for i, (other_x, other_y, others, other_colour) in enumerate(joined):
-            if (x, colour) == (other_x, other_colour) and abs(math.log(y / other_y)) < 0.02:
+            if (x, colour) == (other_x, other_colour) and abs(math.log(y / other_y)) < JOINED:
                 joined[i] = (x, other_y, f"{others}, {text}", colour)
                 break
         else:
