@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable, Sequence
 from typing import TextIO
 
-from .bench import ALLOWANCE_S, FEW, SERIES_SAMPLES, Effort, checkpoints, frames_to_time
+from .bench import ALLOWANCE_S, FEW, Effort, checkpoints, frames_to_time, sample_stops
 from .candidates import Candidate
 
 REFERENCE, SERIES = "reference", "traced series"  # what is done once for all candidates of a scene
@@ -25,7 +26,8 @@ def guessed_s(what: str | Candidate, effort: Effort) -> float:
     if what == REFERENCE:
         return pixels * effort.spp * 1.5 * SHARP_S
     if what == SERIES:
-        return pixels * (SERIES_SAMPLES * SAMPLE_S + 7 * ERRORS_S)
+        stops = sample_stops(effort)
+        return pixels * (max(stops) * SAMPLE_S + len(stops) * ERRORS_S)
     assert isinstance(what, Candidate)
     traced = what.view == "traced"
     frame_s = pixels * {
@@ -61,7 +63,9 @@ class Bar:
             done = (self._guessed + fraction * self._guess) / max(self._guessed + self._ahead, 1e-9)
             filled = round(BAR * min(done, 1.0))
             bar = "█" * filled + "·" * (BAR - filled)
-            self._stream.write(f"\r\x1b[K{bar} {100 * done:3.0f} % {self.left()}  {self._text} {what}")
+            inside = "" if what in self._text else f": {what}"
+            line = f"{bar} {100 * done:3.0f} %, {self.left(fraction)}; {self._text}{inside}"
+            self._stream.write(f"\r\x1b[K{line[: shutil.get_terminal_size().columns - 1]}")
             self._stream.flush()
             self._open = True
 
@@ -72,6 +76,7 @@ class Bar:
         self._ahead = max(self._ahead - self._guess, 0.0)
         self._guessed += self._guess
         self._spent += took
+        self._guess = 0.0
         if self._terminal:
             self.show("", 0.0)
         else:
@@ -85,11 +90,12 @@ class Bar:
             self._stream.write("\n")
             self._open = False
 
-    def left(self) -> str:
+    def left(self, fraction: float = 0.0) -> str:
         """The time to go, in words."""
         # The first parts are unlike the rest and must not decide alone: the guess counts like a tenth of all parts.
         trust = 0.1 * (self._guessed + self._ahead)
-        seconds = self._ahead * (self._spent + trust) / max(self._guessed + trust, 1e-9)
+        ahead = self._ahead - fraction * self._guess
+        seconds = ahead * (self._spent + trust) / max(self._guessed + trust, 1e-9)
         return f"about {duration(seconds)} left"
 
 

@@ -70,7 +70,7 @@ def error_time(results: Values, scene: Values) -> Any:
             drawn.append((axes, labels, lines))
         across[0].set_ylabel(f"mean {NAMES[metric]} against the reference" if metric == "flip" else "RMSE, radiance")
     for axes in panels[-1]:
-        axes.set_xlabel("ms of one frame (median)")
+        axes.set_xlabel("ms of one frame (median, with its 95 % interval)")
     _plain_ticks(panels)
     _legend(figure, runs, f"{scene['name']}: error over time, lower left is better", front_too=True)
     figure.canvas.draw()  # settles the layout and the limits
@@ -208,7 +208,11 @@ def _figure(results: Values, inches: tuple[float, float]) -> Any:
     figure = Figure(figsize=inches, layout="constrained", dpi=DOTS_PER_INCH)
     FigureCanvasAgg(figure)
     width, height = results["size"]
-    figure.supxlabel(f"{width}x{height} px on {results['device']}", fontsize=7.5, color="0.35")
+    figure.supxlabel(
+        f"{width}x{height} px on {results['device']}; reference of {results['spp']} lens points",
+        fontsize=7.5,
+        color="0.35",
+    )
     return figure
 
 
