@@ -78,7 +78,7 @@ def _csv_rows(results: Values, scene: Values) -> Iterator[Values]:
                 "frames_last": last,
                 **_csv_errors(run, last, region, "last"),
                 "on_front_first": int(run["label"] in fronts[0]),
-                f"on_front_{results['frames']}": int(run["label"] in fronts[1]),
+                "on_front_last": int(run["label"] in fronts[1]),
                 "ms_median": times["frame"]["median"],
                 "ms_low": times["frame"]["low"],
                 "ms_high": times["frame"]["high"],

@@ -141,6 +141,8 @@ def test_the_report_has_a_row_for_each_scene_candidate_and_region(tmp_path: Path
     assert len({(r["scene"], r["candidate"], r["region"]) for r in rows}) == len(rows)
     post = next(r for r in rows if r["candidate"] == "post, 4 rings" and r["region"] == "whole")
     assert (post["setting"], post["value"], post["frames_last"]) == ("post.rings", "4", "16")
+    assert post["on_front_first"] in "01"
+    assert post["on_front_last"] in "01"
     assert float(post["rmse_first"]) > float(post["rmse_last"]) > 0.07
     assert {path.name for path in write_report(made, tmp_path)} == {"bench.json", "bench.csv", "bench.md"}
     assert read_results(tmp_path) == read_results(tmp_path / "bench.json") == made
