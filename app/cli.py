@@ -15,7 +15,7 @@ from .frame.pipeline import VIEWS
 from .scene.gallery import DEFAULT
 from .settings import Settings, walk
 
-COMMANDS = ("view", "shot", "plan", "info", "doctor", "scenes")
+COMMANDS = ("view", "shot", "bench", "plan", "info", "doctor", "scenes")
 MAX_TIME_S = 1e6  # eleven days: a float64 still tells microseconds apart there
 INTERRUPTED = 130  # what shells report for Ctrl-C
 
@@ -62,6 +62,7 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     options, unknown = parser().parse_known_args(arguments)
     if unknown:
         raise UserError(f"{unknown[0]} is not an option here (see hybrid-dof {options.command} --help)")
+    options.arguments = arguments
     return options
 
 
@@ -111,6 +112,8 @@ def parser() -> argparse.ArgumentParser:
     shot.add_argument("--report", metavar="FILE", help="write times, memory, device and settings as JSON")
     _picture_options(shot, "960x540", "hybrid")
 
+    _bench_options(subparsers.add_parser("bench", help="accuracy against time of every view at several settings"))
+
     plan = subparsers.add_parser("plan", help="what would run, what would not, and why")
     plan.add_argument("scene", help="built-in name or file")
     _picture_options(plan, "960x540", "hybrid")
@@ -131,6 +134,42 @@ def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> 
         "--size", type=_size, default=_size(size), metavar="WxH", help=f"picture size in px (default {size})"
     )
     command.add_argument("--camera", metavar="FILE.json", help="camera file; the scene's first camera otherwise")
+    _setting_options(command)
+
+
+def _bench_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "scenes",
+        nargs="*",
+        metavar="SCENE",
+        help="built-in name or file, or SCENE@CAMERA.json to see it by a camera file (default: all built-in scenes)",
+    )
+    command.add_argument("-o", "--output", metavar="DIR", help="folder for results; a benchmark begun there goes on")
+    command.add_argument("--compare", nargs=2, metavar=("A", "B"), help="compare two results (bench.json or folder)")
+    command.add_argument("--fresh", action="store_true", help="start over, whatever DIR holds")
+    command.add_argument("--quick", action="store_true", help="a coarse pass: fewer frames, candidates and lens points")
+    command.add_argument("--size", type=_size, default=(640, 360), metavar="WxH", help="in px (default 640x360)")
+    for name, default, text in (
+        ("frames", "16; quick: 4", "frames that a still picture accumulates; errors are read after 1, 2, 4, ..."),
+        ("timed", "12; quick: 6", "frames that are timed, fewer of the dear ones"),
+        ("spp", "256; quick: 64", "lens points of the reference"),
+    ):
+        command.add_argument(f"--{name}", type=_count, metavar="N", help=f"{text} (default {default})")
+    command.add_argument("--views", metavar="V,V", help="of sharp,post,hybrid,traced (default: all)")
+    for name, what in (
+        ("rings", "rings of the post-process"),
+        ("rays", "rays per masked pixel of the hybrid"),
+        ("samples", "samples a frame of the traced view"),
+    ):
+        command.add_argument(f"--{name}", metavar="N,N", help=f"{what} to compare")
+    command.add_argument("--seed", type=_seed, default=0, metavar="N", help="of all random choices (default 0)")
+    command.add_argument(
+        "--time", type=_seconds, default=0.0, metavar="S", help="when what moves stands still, in s (default 0)"
+    )
+    _setting_options(command)
+
+
+def _setting_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     for path, leaf, value in walk(Settings()):
         low, high, unit = (leaf.metadata[key] for key in ("low", "high", "unit"))

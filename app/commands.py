@@ -115,6 +115,13 @@ def shot(options: argparse.Namespace) -> int:
     return 0
 
 
+def bench(options: argparse.Namespace) -> int:
+    """Accuracy against time, or two such results compared."""
+    from .bench_command import run
+
+    return run(options, given_settings(options), version())
+
+
 def plan(options: argparse.Namespace) -> int:
     """Say what would run, what would not, and why. Needs no GPU."""
     from .frame.pipeline import frame_plan

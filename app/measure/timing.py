@@ -66,10 +66,14 @@ def time_view(
     warm_up: int = 8,
     *,
     time_s: float = 0.0,
+    fresh: bool = True,
+    pass_frames: int | None = None,
 ) -> FrameTimes:
-    """Time `frames` frames of a view after a fresh start and `warm_up` frames. The renderer's size stays as it is.
+    """Time `frames` frames of a view after a fresh start (not `fresh`: as a sequel to what was drawn last) and
+    `warm_up` frames. The renderer's size stays as it is.
 
-    With the wall clock all is drawn twice, the second time for the passes.
+    With the wall clock all is drawn twice, the second time for the passes, of which `pass_frames` may ask for fewer
+    frames, or for none.
     """
     if frames < 1 or warm_up < 0:
         raise UserError(f"{frames} frames after {warm_up} cannot be timed; give at least 1 after 0")
@@ -78,10 +82,15 @@ def time_view(
     was_enabled = profiler.enabled
     try:
         profiler.enabled = by_query
+        if fresh:
+            renderer.reset()
         wall_ms, cpu_ms = _series(ctx, renderer, view, camera, settings, frames, warm_up, time_s)
-        if not by_query:
+        again = frames if pass_frames is None else pass_frames
+        if not by_query and again:
             profiler.enabled = True
-            _series(ctx, renderer, view, camera, settings, frames, warm_up, time_s)
+            if fresh:
+                renderer.reset()
+            _series(ctx, renderer, view, camera, settings, again, warm_up, time_s)
         profiler.flush()
         of_passes = profiler.samples_ms()
     finally:
@@ -111,12 +120,11 @@ def _series(
     warm_up: int,
     time_s: float,
 ) -> tuple[list[float], list[float]]:
-    """(wall-clock ms, drawing thread's ms) of each of the last `frames` frames after a fresh start, while the profiler
-    keeps the same. With queries frames overlap on the GPU, as they do in use, and the wall clock means nothing.
+    """(wall-clock ms, drawing thread's ms) of each of the last `frames` frames, while the profiler keeps the same. With
+    queries frames overlap on the GPU, as they do in use, and the wall clock means nothing.
     """
     overlap = renderer.profiler.enabled and renderer.profiler.source == GPU_TIMER
     wall_ms, cpu_ms = [], []
-    renderer.reset()
     for frame in range(warm_up + frames):
         if frame == warm_up:
             renderer.profiler.keep(frames)

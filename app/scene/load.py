@@ -31,7 +31,7 @@ def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Sc
     """
     started = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
-    path = _resolve(path_or_name)
+    path = scene_file(path_or_name)
     decoded = _decode(path, report)
     colors_to_materials(decoded, str(path))
     repairs = Repairs()
@@ -45,7 +45,8 @@ def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Sc
     return _scene(decoded, meshes, repairs, str(path), started)
 
 
-def _resolve(path_or_name: str | Path) -> Path:
+def scene_file(path_or_name: str | Path) -> Path:
+    """Where a built-in scene or a file lies. Raises UserError for what cannot be a scene."""
     built_in = gallery.find(str(path_or_name))
     path = built_in.path if built_in else Path(path_or_name).expanduser()
     if path.suffix.lower() not in GLTF + OTHERS:

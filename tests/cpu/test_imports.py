@@ -20,6 +20,7 @@ LAYERS = (  # a module imports from its own layer and from those above it in thi
     ("measure",),
     ("panel",),
     ("window",),
+    ("bench_options", "bench_command"),
     ("commands",),
     ("cli", "__main__"),
 )

@@ -135,6 +135,32 @@ def test_a_script_is_timed_exactly(monkeypatch: pytest.MonkeyPatch, source: str)
     assert clock.profiler.samples_ms() == {}
 
 
+@pytest.mark.parametrize("source", [GPU_TIMER, WALL_CLOCK])
+@pytest.mark.parametrize("pass_frames", [0, 2])
+def test_a_sequel_starts_nothing_afresh_and_times_few_frames_passes(
+    monkeypatch: pytest.MonkeyPatch, source: str, pass_frames: int
+) -> None:
+    clock = Clock({"one": [100.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]}, source)
+    monkeypatch.setattr(timing, "time", SimpleNamespace(perf_counter=lambda: clock.now_s))
+    monkeypatch.setattr(timing, "device_name", lambda ctx: "a script")
+    clock.draw("post", Camera(), Settings(), time_s=0.0)
+    times = time_view(
+        clock,
+        clock,
+        "post",
+        Camera(),
+        Settings(),
+        3,
+        0,
+        fresh=False,
+        pass_frames=pass_frames,  # type: ignore[arg-type]
+    )
+    assert clock.resets == 0
+    assert times.frame_ms == pytest.approx([1.0, 2.0, 3.0])
+    own = {"one": 4.5} if pass_frames else {}  # with the wall clock frames 4 and 5
+    assert {name: t.median for name, t in times.passes.items()} == ({"one": 2.0} if source == GPU_TIMER else own)
+
+
 def test_nothing_cannot_be_timed() -> None:
     with pytest.raises(UserError, match="0 frames"):
         time_view(None, None, "post", Camera(), Settings(), frames=0)  # type: ignore[arg-type]
