@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from . import commands
+from . import commands, presets
 from .errors import UserError
 from .frame.pipeline import VIEWS
 from .scene.gallery import DEFAULT
@@ -17,6 +17,7 @@ from .settings import Settings, walk
 
 COMMANDS = ("view", "shot", "plan", "info", "doctor", "scenes")
 MAX_TIME_S = 1e6  # eleven days: a float64 still tells microseconds apart there
+DEFAULT_VIEW = "hybrid"
 INTERRUPTED = 130  # what shells report for Ctrl-C
 
 
@@ -36,6 +37,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     debug = "--debug" in arguments
     try:
         options = _parsed(arguments)
+        if "preset" in options:
+            presets.resolve(options, DEFAULT_VIEW)
         code = int(getattr(commands, options.command)(options) or 0)
         sys.stdout.flush()
         return code
@@ -77,7 +80,7 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument(
         "--screenshots", metavar="DIR", default=".", help="where F12 saves pictures (default: the current folder)"
     )
-    _picture_options(view, "960x540", "hybrid")
+    _picture_options(view, "960x540")
 
     shot = subparsers.add_parser("shot", help="render one picture without a window")
     shot.add_argument("scene", help="built-in name or file")
@@ -109,11 +112,11 @@ def parser() -> argparse.ArgumentParser:
     )
     shot.add_argument("--seed", type=_seed, default=0, metavar="N", help="of all random choices (default 0)")
     shot.add_argument("--report", metavar="FILE", help="write times, memory, device and settings as JSON")
-    _picture_options(shot, "960x540", "hybrid")
+    _picture_options(shot, "960x540")
 
     plan = subparsers.add_parser("plan", help="what would run, what would not, and why")
     plan.add_argument("scene", help="built-in name or file")
-    _picture_options(plan, "960x540", "hybrid")
+    _picture_options(plan, "960x540")
 
     info = subparsers.add_parser("info", help="what loading a scene saw, changed and dropped")
     info.add_argument("scene", help="built-in name or file")
@@ -123,20 +126,22 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
-def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> None:
+def _picture_options(command: argparse.ArgumentParser, size: str) -> None:
     command.add_argument(
-        "--view", default=view, metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {view})"
+        "--view", metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {DEFAULT_VIEW})"
     )
     command.add_argument(
         "--size", type=_size, default=_size(size), metavar="WxH", help=f"picture size in px (default {size})"
     )
     command.add_argument("--camera", metavar="FILE.json", help="camera file; the scene's first camera otherwise")
+    command.add_argument("--preset", metavar="FILE.json", help="settings and view from a file; options given win")
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     for path, leaf, value in walk(Settings()):
         low, high, unit = (leaf.metadata[key] for key in ("low", "high", "unit"))
         span = "" if low is None else f"{low:g} to {high:g} {unit}".strip() + ", "
         step = "" if leaf.metadata["off"] is None else f"; a step, off at {commands.shown(leaf.metadata['off'])}"
-        text = f"{leaf.metadata['doc']} ({span}default {commands.shown(value)}{step})".replace("%", "%%")
+        trade = "; trades accuracy for time" if leaf.metadata["quality"] else ""
+        text = f"{leaf.metadata['doc']} ({span}default {commands.shown(value)}{step}{trade})".replace("%", "%%")
         command.add_argument(f"--{path}", metavar="VALUE", help=text, dest=path)
 
 

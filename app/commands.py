@@ -32,7 +32,14 @@ def shown(value: Any) -> str:
 
 
 def given_settings(options: argparse.Namespace) -> dict[str, Any]:
-    """{dotted path: value} of the settings that were given as options. Raises UserError for a bad value."""
+    """{dotted path: value} of the settings that were given by a preset or, which wins, as options. Raises UserError for
+    a bad value.
+    """
+    return {**options.preset.values, **optional_settings(options)}
+
+
+def optional_settings(options: argparse.Namespace) -> dict[str, Any]:
+    """Those given as options."""
     return {
         path: parse(path, text, leaf)
         for path, leaf, _ in walk(Settings())

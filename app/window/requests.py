@@ -9,6 +9,7 @@ from ..camera import Viewpoint, camera_values, write_viewpoint
 from ..errors import UserError
 from ..panel.model import Request
 from ..picture import write_png
+from ..presets import SUFFIX, is_preset, preset_of, read_preset, write_preset
 from ..session import focused
 from ..settings import put, to_dict
 from .stage import Stage
@@ -36,6 +37,8 @@ class Requests:
                 self._screenshot()
             elif request.wish == "save camera":
                 self._save_camera()
+            elif request.wish in ("save preset", "load preset"):
+                self._preset_or_tell(request)
             elif request.wish == "fit range":
                 self._fit_range()
         except UserError as error:
@@ -91,6 +94,31 @@ class Requests:
         lens, path = self._state.look.settings.lens, self._new_file(".json")
         write_viewpoint(path, Viewpoint(self._state.camera, lens.focus_distance, lens.aperture))
         self._state.say(f"saved {path}")
+
+    def _preset_or_tell(self, request: Request) -> None:
+        """A name without a folder lies where screenshots go, and one without a suffix is a .json."""
+        path = self._screenshots / Path(request.text).expanduser()
+        path = path if path.suffix else path.with_name(path.name + SUFFIX)
+        state = self._state
+        try:
+            self._save_preset(path) if request.wish == "save preset" else self._load_preset(path)
+        except UserError as error:
+            state.shown = replace(state.shown, preset_error=str(error))
+            raise
+        state.shown = replace(state.shown, preset_error="")
+
+    def _save_preset(self, path: Path) -> None:
+        if path.suffix.lower() != SUFFIX:
+            raise UserError(f"preset {path}: name a file ending in {SUFFIX}")
+        if path.exists() and not is_preset(path):
+            raise UserError(f"{path} is there and is no preset; choose another name")
+        write_preset(path, preset_of(self._state.look.settings, self._state.look.view))
+        self._state.say(f"saved {path}")
+
+    def _load_preset(self, path: Path) -> None:
+        preset, look = read_preset(path), self._state.look
+        self._state.look = replace(look, settings=preset.applied(look.settings), view=preset.view or look.view)
+        self._state.say(f"loaded {path}")
 
     def _fit_range(self) -> None:
         found = self._stage.fitted_range(self._state.look)

@@ -16,7 +16,7 @@ LAYERS = (  # a module imports from its own layer and from those above it in thi
     ("bvh",),
     ("frame",),
     ("gpu",),
-    ("renderer", "session"),
+    ("renderer", "session", "presets"),
     ("measure",),
     ("panel",),
     ("window",),

@@ -59,6 +59,7 @@ def shown() -> Shown:
         viewpoints=(Viewpoint(Camera(), 1.0, 0.1, "front"),),
         memory={"depth": 1 << 20},
         load_error="that file is no scene",
+        preset_error="that file is no preset",
         shader_error="dof/gather.comp:12: syntax error",
         message="saved",
         loading=("reading", 0.5),
