@@ -9,13 +9,13 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from . import commands, presets
+from . import commands, presets, tune_command
 from .errors import UserError
 from .frame.pipeline import VIEWS
 from .scene.gallery import DEFAULT
 from .settings import Settings, walk
 
-COMMANDS = ("view", "shot", "plan", "info", "doctor", "scenes")
+COMMANDS = ("view", "shot", "plan", "tune", "info", "doctor", "scenes")
 MAX_TIME_S = 1e6  # eleven days: a float64 still tells microseconds apart there
 DEFAULT_VIEW = "hybrid"
 INTERRUPTED = 130  # what shells report for Ctrl-C
@@ -39,7 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         options = _parsed(arguments)
         if "preset" in options:
             presets.resolve(options, DEFAULT_VIEW)
-        code = int(getattr(commands, options.command)(options) or 0)
+        module = tune_command if options.command == "tune" else commands
+        code = int(getattr(module, options.command)(options) or 0)
         sys.stdout.flush()
         return code
     except UserError as error:
@@ -118,6 +119,10 @@ def parser() -> argparse.ArgumentParser:
     plan.add_argument("scene", help="built-in name or file")
     _picture_options(plan, "960x540")
 
+    tune = subparsers.add_parser("tune", help="the cheapest settings below an error, or the best within a frame time")
+    tune_command.add_options(tune, _count, _seconds)
+    _picture_options(tune, "960x540", with_view=False)
+
     info = subparsers.add_parser("info", help="what loading a scene saw, changed and dropped")
     info.add_argument("scene", help="built-in name or file")
     info.add_argument("--debug", action="store_true", help=argparse.SUPPRESS)
@@ -126,10 +131,11 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
-def _picture_options(command: argparse.ArgumentParser, size: str) -> None:
-    command.add_argument(
-        "--view", metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {DEFAULT_VIEW})"
-    )
+def _picture_options(command: argparse.ArgumentParser, size: str, with_view: bool = True) -> None:
+    if with_view:
+        command.add_argument(
+            "--view", metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {DEFAULT_VIEW})"
+        )
     command.add_argument(
         "--size", type=_size, default=_size(size), metavar="WxH", help=f"picture size in px (default {size})"
     )

@@ -146,7 +146,7 @@ class Rays:
         unit="rays",
         doc="Mean lens rays per masked pixel and frame (hybrid).",
         log=True,
-        quality=(0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0),
+        quality=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0),
     )
     max_per_pixel: int = knob(16, 1, 256, unit="rays", doc="Most lens rays for one masked pixel in a frame (hybrid).")
     focus_blend: float = knob(
@@ -171,7 +171,7 @@ class Rays:
         64,
         doc="Lens samples per pixel that the ray-traced view adds each frame.",
         resets=False,
-        quality=(1, 2, 4, 8, 16, 32, 64),
+        quality=(1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64),
     )
 
 

@@ -20,7 +20,7 @@ LAYERS = (  # a module imports from its own layer and from those above it in thi
     ("measure",),
     ("panel",),
     ("window",),
-    ("commands",),
+    ("commands", "tune_command"),
     ("cli", "__main__"),
 )
 RANK = {unit: rank for rank, units in enumerate(LAYERS) for unit in units}
