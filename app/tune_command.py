@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import commands
 from .errors import NOT_REACHED, UserError
+from .measure.regions import REGIONS
 
 if TYPE_CHECKING:
     from .measure.search import Figures
@@ -28,13 +29,10 @@ def add_options(command: argparse.ArgumentParser, count: Any, seconds: Any) -> N
         "--ms", type=_positive, metavar="M", help="find the most accurate settings below these milliseconds a frame"
     )
     command.add_argument("-o", "--output", metavar="PRESET.json", help="save what was found as a preset")
-    command.add_argument("--metric", default="flip", metavar="flip|rmse", help="what error means (default flip, mean)")
     command.add_argument(
-        "--region",
-        default="whole",
-        metavar="NAME",
-        help="where: whole (default), in_focus, far_blur, near_silhouettes or near_blur",
+        "--metric", choices=("flip", "rmse"), default="flip", help="what error means (default flip: its mean)"
     )
+    command.add_argument("--region", choices=("whole", *REGIONS), default="whole", help="where (default whole)")
     command.add_argument(
         "--frames", type=count, default=16, metavar="N", help="the error is that after N still frames (default 16)"
     )
@@ -58,13 +56,16 @@ def tune(options: argparse.Namespace) -> int:
     from .gpu.context import device_name, headless_context
     from .measure.reference import reference
     from .measure.store import scene_digest
-    from .measure.trial import Judge
+    from .measure.trial import Judge, check_metric
     from .measure.tune import VIEWS, Tuning, check_views
     from .renderer import Renderer
     from .session import load_gpu_scene
 
     views = options.views or VIEWS
     check_views(views)
+    check_metric(options.metric)
+    if options.spp % 2:
+        raise UserError(f"--spp {options.spp}: give an even number, since a reference is two halves that are compared")
     output = _checked(options.output) if options.output else None
     fixed = commands.optional_settings(options)
     ctx = headless_context()

@@ -24,6 +24,14 @@ METRICS = ("flip", "rmse")
 ENOUGH = 3  # timed frames after which a candidate that is far too slow is given up
 
 
+def check_metric(metric: str) -> None:
+    """Raise UserError unless it can be measured here."""
+    if metric not in METRICS:
+        raise UserError(f"--metric {metric}: choose one of {', '.join(METRICS)}")
+    if metric == "flip" and not has_flip():
+        raise UserError("--metric flip needs flip-evaluator: pip install 'hybrid-dof[metrics]', or use --metric rmse")
+
+
 @dataclass(frozen=True)
 class Judge:
     """By which figure, over which region, a picture is judged against a reference."""
@@ -34,17 +42,12 @@ class Judge:
 
     def check(self) -> None:
         """Raise UserError where there is nothing to judge by."""
-        if self.metric not in METRICS:
-            raise UserError(f"--metric {self.metric}: choose one of {', '.join(METRICS)}")
+        check_metric(self.metric)
         if self.region != WHOLE and self.region not in self.reference.regions:
             names = ", ".join((WHOLE, *self.reference.regions))
             raise UserError(f"--region {self.region}: choose one of {names}")
         if self.region != WHOLE and not self.reference.regions[self.region].any():
             raise UserError(f"--region {self.region}: no pixel of this picture belongs to it; choose another")
-        if self.metric == "flip" and not has_flip():
-            raise UserError(
-                "--metric flip needs flip-evaluator: pip install 'hybrid-dof[metrics]', or use --metric rmse"
-            )
 
     def error(self, picture: Array) -> float:
         """Of linear radiance (h, w, 3), top row first."""

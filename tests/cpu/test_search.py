@@ -106,7 +106,7 @@ def test_no_step_from_what_it_finds_is_better_and_nothing_is_asked_for_twice(goa
 
 
 def test_it_finds_nearly_always_what_looking_at_everything_finds() -> None:
-    """Two hundred models with a fixed seed: 94 of 100 end within 3 % of the best there is, after a third of the looks."""
+    """Two hundred models with a fixed seed: 94 % end within 3 % of the best there is, after a third of the looks."""
     rng, space = random.Random(1), everything()
     found, looks = [], []
     while len(found) < 200:
