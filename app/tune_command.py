@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .measure.trial import Judge
     from .measure.tune import Advice, Progress, Tuning
 
-HEADER = f"{'view and settings':<64}{'ms':>9}{'error':>9}  keeps it"
+HEADER = f"{'ms':>9}{'error':>9}  {'keeps it':<10}view and settings"
 
 
 def add_options(command: argparse.ArgumentParser, count: Any, seconds: Any) -> None:
@@ -141,9 +141,9 @@ def _heading(options: argparse.Namespace, tuning: Tuning, judge: Judge, device: 
 
 
 def _row(progress: Progress, figures: Figures) -> str:
-    error = "" if math.isnan(figures.error) else f"{figures.error:.4f}"
-    kept = "yes" if progress.kept else "no" if error else "no, given up"
-    return f"{progress.candidate.label:<64}{figures.ms:>9.2f}{error:>9}  {kept}"
+    error = "" if math.isnan(figures.error) else f"{figures.error:.4g}"
+    kept = "yes" if progress.kept else "no" if error else "too slow"
+    return f"{figures.ms:>9.2f}{error:>9}  {kept:<10}{progress.candidate.label}"
 
 
 def _answer(options: argparse.Namespace, advice: Advice, output: Path | None, device: str, source: str) -> None:
@@ -155,7 +155,7 @@ def _answer(options: argparse.Namespace, advice: Advice, output: Path | None, de
     figures, label = advice.figures, advice.candidate.label
     sure = "" if math.isnan(figures.high_ms) else f"; at most {figures.high_ms:.2f} with 95 % confidence"
     took = f"{figures.ms:.2f} ms a frame (median{sure})"
-    error = "an unknown error" if math.isnan(figures.error) else f"{_metric(options)} {figures.error:.4f}"
+    error = "an unknown error" if math.isnan(figures.error) else f"{_metric(options)} {figures.error:.4g}"
     if not advice.kept:
         limit = f"an error below {options.error:g}" if options.error is not None else f"less than {options.ms:g} ms"
         nothing = f" and {output} was not written" if output else ""

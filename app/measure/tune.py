@@ -156,13 +156,15 @@ class Tuning:
     ) -> Generator[Progress, None, Figures]:
         begin = time.perf_counter()
         steps = self._trial.run(candidate, seed, warm_up, timed, give_up_ms)
-        while True:
-            try:
+        try:
+            while True:
                 next(steps)
-            except StopIteration as end:
-                self._spent.append(time.perf_counter() - begin)
-                return end.value  # type: ignore[no-any-return]
-            yield Progress(stage, candidate, done, most, self._left_s(most - done))
+                yield Progress(stage, candidate, done, most, self._left_s(most - done))
+        except StopIteration as end:
+            self._spent.append(time.perf_counter() - begin)
+            return end.value  # type: ignore[no-any-return]
+        finally:
+            steps.close()  # now, not when it is collected: the renderer may go next
 
     def _left_s(self, candidates_left: int) -> float:
         return candidates_left * sum(self._spent) / len(self._spent) if self._spent else math.nan

@@ -12,6 +12,7 @@ from imgui_bundle import imgui
 from ..frame.pipeline import CONVERGING
 from ..scene.validate import count
 from . import style
+from .advice import AdvicePicker
 from .costs import draw_costs, draw_passes, muted
 from .knobs import draw_groups
 from .model import Look, Request, Shown
@@ -34,7 +35,7 @@ class Panel:
     """Draws one user interface frame after another."""
 
     def __init__(self) -> None:
-        self._scenes, self._presets = ScenePicker(), PresetPicker()
+        self._scenes, self._presets, self._advice = ScenePicker(), PresetPicker(), AdvicePicker()
         self.width = 0.0  # window units, as last drawn; 0 while hidden
 
     def draw(self, look: Look, shown: Shown, size: tuple[float, float]) -> tuple[Look, list[Request]]:
@@ -79,6 +80,8 @@ class Panel:
             self._presets.draw(requests)
         if shown.preset_error:  # also of a file that was dropped
             style.wrapped(shown.preset_error, style.ERROR)
+        if imgui.collapsing_header("Advice"):
+            self._advice.draw(shown, requests)
         look = replace(look, settings=draw_groups(look.settings))
         if imgui.collapsing_header("Milliseconds", opened):
             draw_costs(shown)

@@ -12,6 +12,7 @@ from ..picture import write_png
 from ..presets import SUFFIX, is_preset, preset_of, read_preset, write_preset
 from ..session import focused
 from ..settings import put, to_dict
+from .advisor import Advisor
 from .stage import Stage
 from .state import State
 
@@ -23,6 +24,7 @@ class Requests:
 
     def __init__(self, state: State, stage: Stage, screenshots: Path) -> None:
         self._state, self._stage, self._screenshots = state, stage, screenshots
+        self.advisor = Advisor(state, stage)
 
     def serve(self, request: Request) -> None:
         """Do it, or say why not."""
@@ -39,6 +41,10 @@ class Requests:
                 self._save_camera()
             elif request.wish in ("save preset", "load preset"):
                 self._preset_or_tell(request)
+            elif request.wish == "advise":
+                self.advisor.start(request.text, request.number)
+            elif request.wish == "stop advice":
+                self.advisor.stop()
             elif request.wish == "fit range":
                 self._fit_range()
         except UserError as error:
@@ -47,6 +53,7 @@ class Requests:
     def load(self, name: str, viewpoint: Viewpoint | None = None) -> None:
         """Load a scene and stand at `viewpoint`, else at its first. Raises UserError; the old scene then stays."""
         state = self._state
+        self.advisor.stop()  # it draws the scene that goes
         try:
             self._stage.load(name)
         finally:

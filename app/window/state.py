@@ -74,5 +74,6 @@ class State:
             "message": self.shown.message,
             "load_error": self.shown.load_error,
             "preset_error": self.shown.preset_error,
+            "advising": self.shown.advising,
             "shader_error": self.shown.shader_error,
         }

@@ -60,6 +60,8 @@ def shown() -> Shown:
         memory={"depth": 1 << 20},
         load_error="that file is no scene",
         preset_error="that file is no preset",
+        advising=True,
+        advice="search: 3 of at most 48 candidates",
         shader_error="dof/gather.comp:12: syntax error",
         message="saved",
         loading=("reading", 0.5),

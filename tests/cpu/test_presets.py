@@ -14,7 +14,7 @@ from app.cli import main
 from app.errors import BAD_INPUT, UserError
 from app.frame.pipeline import VIEWS
 from app.presets import OF_VIEWPOINT, Preset, is_preset, preset_of, read_preset, write_preset
-from app.settings import Settings, put, qualities, walk
+from app.settings import Settings, put, qualities, to_dict, walk
 
 from .test_settings import LEAVES, all_settings
 
@@ -38,6 +38,12 @@ def test_only_what_differs_is_written_and_the_viewpoints_own(tmp_path: Path) -> 
         "settings": {"lens.aperture": 0.05, "lens.focus_distance": 2.0, "rays.budget": 2.0},
         "about": {"by": "hand"},
     }
+
+
+def test_a_report_is_a_preset(tmp_path: Path) -> None:
+    used = put(Settings(), "rays.budget", 2.0)
+    (tmp_path / "r.json").write_text(json.dumps({"scene": "x", "view": "post", "settings": to_dict(used), "seed": 0}))
+    assert read_preset(tmp_path / "r.json").applied(Settings()) == used
 
 
 def test_a_preset_without_a_lens_leaves_focus_and_aperture_alone() -> None:
