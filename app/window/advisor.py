@@ -45,6 +45,7 @@ class Advisor:
         if self._steps:
             self._steps.close()
             self._steps = None
+            self._state.shown = replace(self._state.shown, advice="")
         if self._renderer:
             self._renderer.release()
             self._renderer = None
@@ -57,6 +58,7 @@ class Advisor:
         try:
             self._tell(next(self._steps))
         except StopIteration:
+            self._steps = None
             self.stop()
         except UserError as error:
             self.stop()

@@ -82,7 +82,7 @@ def test_it_can_be_stopped_anywhere_and_ends_with_its_scene(rig: tuple[State, Re
         for _ in range(frames):
             assert requests.advisor.advance()
         requests.serve(request)
-        assert not state.shown.advising
+        assert (state.shown.advising, state.shown.advice) == (False, "")
         assert not requests.advisor.advance()
         requests._stage.draw(state.look, state.camera, SIZE)
 
