@@ -6,7 +6,8 @@ time to the value beside it, until no such step is better. Whoever trades one kn
 which one alone is worse: where both have been measured, their product says what they do together, and what promises
 to be better is tried as well. Nothing is measured twice, and no more than `limit` candidates are.
 
-Timing is noisy: a step counts if it is better by more than MARGIN.
+Timing is noisy: a step counts if it is better by more than a margin. Where the machine's load changes meanwhile, what
+is better may be overlooked; what was found is still measured afresh (tune.py).
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from typing import Any
 from ..settings import Settings, put, walk
 from .candidates import Candidate
 
-MARGIN = 0.02  # of the figure: a smaller gain is not worth a step, nor to be told from noise
+MS_MARGIN = 0.02  # of the figure: a smaller gain is not to be told from noise ...
+ERROR_MARGIN = 0.005  # ... or, where the same seed gives the same error, not worth a step
 FAR = 2.0  # a view that is worse than the best by this factor is not refined ...
 MISSED = 1.5  # ... nor one that misses the limit by this one
 GIVE_UP = 1.5  # a candidate that takes this much longer than of use is not drawn to its end
@@ -82,7 +84,8 @@ class Goal:
         """Whether `a` is better than `b` by more than noise."""
         if self.kept(a) != self.kept(b):
             return self.kept(a)
-        return self.rank(a)[1] < (1.0 - MARGIN) * self.rank(b)[1]
+        of_ms = self.of_error == self.kept(a)  # kept: what is sought counts, else what is limited
+        return self.rank(a)[1] < (1.0 - (MS_MARGIN if of_ms else ERROR_MARGIN)) * self.rank(b)[1]
 
 
 def upper_ms(figures: Figures) -> float:

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.measure.candidates import candidates
-from app.measure.search import MARGIN, Figures, Goal, Key, Search, beside, to_verify, worse
+from app.measure.search import Figures, Goal, Key, Search, beside, to_verify, worse
 from app.settings import Settings, put, qualities, walk
 
 KNOBS: dict[str, dict[str, tuple[Any, ...]]] = {
@@ -160,6 +160,17 @@ def test_the_next_values_are_found_beside_a_persons_own() -> None:
     assert beside(True, (False, True)) == ([False], [])
 
 
+def test_a_gain_counts_if_it_is_more_than_the_noise_of_its_figure() -> None:
+    here = Figures(10.0, math.nan, 0.1)
+    slightly_faster, slightly_truer = Figures(9.9, math.nan, 0.1), Figures(10.0, math.nan, 0.099)
+    assert not Goal(error=0.2).better(slightly_faster, here)
+    assert Goal(error=0.2).better(Figures(9.7, math.nan, 0.15), here)
+    assert Goal(ms=20.0).better(slightly_truer, here)
+    assert not Goal(ms=20.0).better(Figures(1.0, math.nan, 0.0999), here)
+    assert Goal(error=0.05).better(slightly_truer, here), "nearer to the limit"
+    assert not Goal(ms=5.0).better(slightly_faster, here)
+
+
 def test_what_is_not_known_keeps_nothing_and_no_error_counts_below_the_floor() -> None:
     unknown, tiny = Figures(1.0, 1.0, math.nan), Figures(1.0, 1.0, 1e-9)
     assert not Goal(error=1.0).kept(unknown)
@@ -196,4 +207,3 @@ def test_every_quality_knob_belongs_to_a_view(view: str) -> None:
     assert owned
     everywhere = tuple(prefix for prefixes in PREFIXES.values() for prefix in prefixes)
     assert all(path.startswith(everywhere) for path, _ in qualities(Settings()))
-    assert 0.0 < MARGIN < 0.1
