@@ -35,7 +35,8 @@ def given_settings(options: argparse.Namespace) -> dict[str, Any]:
     """{dotted path: value} of the settings that were given by a preset or, which wins, as options. Raises UserError for
     a bad value.
     """
-    return {**options.preset.values, **optional_settings(options)}
+    preset = getattr(options, "preset", None)  # read by then, where the command takes one
+    return {**(preset.values if preset else {}), **optional_settings(options)}
 
 
 def optional_settings(options: argparse.Namespace) -> dict[str, Any]:

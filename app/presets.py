@@ -17,7 +17,6 @@ from typing import Any
 from .errors import UserError
 from .frame.pipeline import VIEWS
 from .frame.targets import TARGETS
-from .picture import write_json
 from .settings import Settings, from_dict, plain, put, walk
 
 OF_VIEWPOINT = ("lens.focus_distance", "lens.aperture")
@@ -48,6 +47,8 @@ def preset_of(settings: Settings, view: str | None = None) -> Preset:
 
 def write_preset(path: str | Path, preset: Preset, about: Mapping[str, Any] | None = None) -> None:
     """Write a preset file, whole or not at all, with what `about` tells people. Raises UserError."""
+    from .picture import write_json
+
     view = {"view": preset.view} if preset.view else {}
     settings = {"settings": {name: plain(value) for name, value in preset.values.items()}}
     write_json(path, {**view, **settings, **({"about": about} if about else {})})

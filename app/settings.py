@@ -12,21 +12,9 @@ from enum import Enum
 from typing import Any
 
 from .errors import UserError
-from .knob import knob, parse, plain, put, qualities, steps, walk
+from .knob import knob, parse, plain, put, steps, walk
 
-__all__ = [
-    "Settings",
-    "from_dict",
-    "history_key",
-    "knob",
-    "parse",
-    "plain",
-    "put",
-    "qualities",
-    "steps",
-    "to_dict",
-    "walk",
-]
+__all__ = ["Settings", "from_dict", "history_key", "knob", "parse", "plain", "put", "steps", "to_dict", "walk"]
 
 
 class ShadingMode(Enum):

@@ -16,8 +16,9 @@ from typing import Any
 from ..camera import Moment
 from ..errors import UserError
 from ..gpu.context import Context
+from ..knob import qualities
 from ..renderer import Renderer
-from ..settings import Settings, put, qualities, walk
+from ..settings import Settings, put, walk
 from .candidates import RAYS, RINGS, SAMPLES, Candidate, candidates, with_budget
 from .search import GIVE_UP, Figures, Goal, Search, to_verify, worse
 from .trial import Judge, Trial

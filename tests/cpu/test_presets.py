@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from app.cli import main
 from app.errors import BAD_INPUT, UserError
 from app.frame.pipeline import VIEWS
+from app.knob import qualities
 from app.presets import OF_VIEWPOINT, Preset, is_preset, preset_of, read_preset, write_preset
-from app.settings import Settings, put, qualities, to_dict, walk
+from app.settings import Settings, put, to_dict, walk
 
 from .test_settings import LEAVES, all_settings
 

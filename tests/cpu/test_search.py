@@ -12,9 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.knob import qualities
 from app.measure.candidates import candidates
 from app.measure.search import Figures, Goal, Key, Search, beside, to_verify, worse
-from app.settings import Settings, put, qualities, walk
+from app.settings import Settings, put, walk
 
 KNOBS: dict[str, dict[str, tuple[Any, ...]]] = {
     "sharp": {},
