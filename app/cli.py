@@ -9,14 +9,15 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from . import commands
+from . import commands, presets, tune_command
 from .errors import UserError
 from .frame.pipeline import VIEWS
 from .scene.gallery import DEFAULT
 from .settings import Settings, walk
 
-COMMANDS = ("view", "shot", "bench", "plan", "info", "doctor", "scenes")
+COMMANDS = ("view", "shot", "bench", "plan", "tune", "info", "doctor", "scenes")
 MAX_TIME_S = 1e6  # eleven days: a float64 still tells microseconds apart there
+DEFAULT_VIEW = "hybrid"
 INTERRUPTED = 130  # what shells report for Ctrl-C
 
 
@@ -36,7 +37,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     debug = "--debug" in arguments
     try:
         options = _parsed(arguments)
-        code = int(getattr(commands, options.command)(options) or 0)
+        if "preset" in options:
+            presets.resolve(options, DEFAULT_VIEW)
+        module = tune_command if options.command == "tune" else commands
+        code = int(getattr(module, options.command)(options) or 0)
         sys.stdout.flush()
         return code
     except UserError as error:
@@ -78,7 +82,7 @@ def parser() -> argparse.ArgumentParser:
     view.add_argument(
         "--screenshots", metavar="DIR", default=".", help="where F12 saves pictures (default: the current folder)"
     )
-    _picture_options(view, "960x540", "hybrid")
+    _picture_options(view, "960x540")
 
     shot = subparsers.add_parser("shot", help="render one picture without a window")
     shot.add_argument("scene", help="built-in name or file")
@@ -110,13 +114,17 @@ def parser() -> argparse.ArgumentParser:
     )
     shot.add_argument("--seed", type=_seed, default=0, metavar="N", help="of all random choices (default 0)")
     shot.add_argument("--report", metavar="FILE", help="write times, memory, device and settings as JSON")
-    _picture_options(shot, "960x540", "hybrid")
+    _picture_options(shot, "960x540")
 
     _bench_options(subparsers.add_parser("bench", help="accuracy against time of every view at several settings"))
 
     plan = subparsers.add_parser("plan", help="what would run, what would not, and why")
     plan.add_argument("scene", help="built-in name or file")
-    _picture_options(plan, "960x540", "hybrid")
+    _picture_options(plan, "960x540")
+
+    tune = subparsers.add_parser("tune", help="the cheapest settings below an error, or the best within a frame time")
+    tune_command.add_options(tune, _count, _seconds)
+    _picture_options(tune, "960x540", with_view=False)
 
     info = subparsers.add_parser("info", help="what loading a scene saw, changed and dropped")
     info.add_argument("scene", help="built-in name or file")
@@ -126,14 +134,16 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
-def _picture_options(command: argparse.ArgumentParser, size: str, view: str) -> None:
-    command.add_argument(
-        "--view", default=view, metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {view})"
-    )
+def _picture_options(command: argparse.ArgumentParser, size: str, with_view: bool = True) -> None:
+    if with_view:
+        command.add_argument(
+            "--view", metavar="VIEW", help=f"{', '.join(VIEWS)}, or any target's name (default {DEFAULT_VIEW})"
+        )
     command.add_argument(
         "--size", type=_size, default=_size(size), metavar="WxH", help=f"picture size in px (default {size})"
     )
     command.add_argument("--camera", metavar="FILE.json", help="camera file; the scene's first camera otherwise")
+    command.add_argument("--preset", metavar="FILE.json", help="settings and view from a file; options given win")
     _setting_options(command)
 
 
@@ -175,7 +185,8 @@ def _setting_options(command: argparse.ArgumentParser) -> None:
         low, high, unit = (leaf.metadata[key] for key in ("low", "high", "unit"))
         span = "" if low is None else f"{low:g} to {high:g} {unit}".strip() + ", "
         step = "" if leaf.metadata["off"] is None else f"; a step, off at {commands.shown(leaf.metadata['off'])}"
-        text = f"{leaf.metadata['doc']} ({span}default {commands.shown(value)}{step})".replace("%", "%%")
+        trade = "; trades accuracy for time" if leaf.metadata["quality"] else ""
+        text = f"{leaf.metadata['doc']} ({span}default {commands.shown(value)}{step}{trade})".replace("%", "%%")
         command.add_argument(f"--{path}", metavar="VALUE", help=text, dest=path)
 
 

@@ -32,7 +32,15 @@ def shown(value: Any) -> str:
 
 
 def given_settings(options: argparse.Namespace) -> dict[str, Any]:
-    """{dotted path: value} of the settings that were given as options. Raises UserError for a bad value."""
+    """{dotted path: value} of the settings that were given by a preset or, which wins, as options. Raises UserError for
+    a bad value.
+    """
+    preset = getattr(options, "preset", None)  # read by then, where the command takes one
+    return {**(preset.values if preset else {}), **optional_settings(options)}
+
+
+def optional_settings(options: argparse.Namespace) -> dict[str, Any]:
+    """Those given as options."""
     return {
         path: parse(path, text, leaf)
         for path, leaf, _ in walk(Settings())
@@ -64,10 +72,10 @@ def shot(options: argparse.Namespace) -> int:
         check_folder(options.report, "--report")
     given = given_settings(options)
     ctx = headless_context()
-    scene, gpu_scene = load_gpu_scene(ctx, options.scene, _progress)
-    viewpoint, settings = _viewpoint(options, scene, (gpu_scene.facts.low, gpu_scene.facts.high), given)
+    scene, gpu_scene = load_gpu_scene(ctx, options.scene, show_progress)
+    viewpoint, settings = start_of(options, scene, (gpu_scene.facts.low, gpu_scene.facts.high), given)
     renderer = Renderer(ctx, gpu_scene, options.size, seed=options.seed)
-    renderer.progress_callback = _progress
+    renderer.progress_callback = show_progress
     renderer.profiler.enabled = bool(options.report)
     begin = time.perf_counter()
     frames = (
@@ -82,7 +90,7 @@ def shot(options: argparse.Namespace) -> int:
         renderer.draw(options.view, viewpoint.camera, _with_samples(settings, samples), time_s=options.time - before_s)
         ctx.finish()
         frame_ms.append((time.perf_counter() - started) * 1e3)
-        _progress(f"{options.view}", (done + 1) / len(frames))
+        show_progress(f"{options.view}", (done + 1) / len(frames))
     seconds = time.perf_counter() - begin
     facts = {
         "scene": options.scene,
@@ -129,9 +137,9 @@ def plan(options: argparse.Namespace) -> int:
     from .scene.flatten import bounds
     from .session import open_scene
 
-    scene, triangles = open_scene(options.scene, _progress)
+    scene, triangles = open_scene(options.scene, show_progress)
     box = bounds(triangles)
-    viewpoint, settings = _viewpoint(options, scene, box, given_settings(options))
+    viewpoint, settings = start_of(options, scene, box, given_settings(options))
     of_scene = scene_facts(scene, *box)
     facts = frame_facts(
         of_scene,
@@ -167,7 +175,7 @@ def info(options: argparse.Namespace) -> int:
     from .scene.flatten import bounds, triangles_of
     from .session import open_scene
 
-    scene, triangles = open_scene(options.scene, _progress)
+    scene, triangles = open_scene(options.scene, show_progress)
     report = scene.report
     low, high = bounds(triangles)
     begin = time.perf_counter()
@@ -178,7 +186,7 @@ def info(options: argparse.Namespace) -> int:
         cache_notes.extend(notes)
         return tree
 
-    bvh = scene_tree(triangles, noted, _progress)
+    bvh = scene_tree(triangles, noted, show_progress)
     bvh_seconds = time.perf_counter() - begin
     print(
         f"{options.scene}: {report.triangles} triangles, {report.vertices} vertices, loaded in {report.seconds:.2f} s"
@@ -254,9 +262,8 @@ def scenes(options: argparse.Namespace) -> int:
     return 0
 
 
-def _viewpoint(
-    options: argparse.Namespace, scene: Any, bounds: Any, given: dict[str, Any]
-) -> tuple[Viewpoint, Settings]:
+def start_of(options: argparse.Namespace, scene: Any, bounds: Any, given: dict[str, Any]) -> tuple[Viewpoint, Settings]:
+    """From where a picture is taken, and with which settings."""
     from .session import focused, viewpoints
 
     view = read_viewpoint(options.camera) if options.camera else viewpoints(scene, bounds)[0]
@@ -282,7 +289,7 @@ def _mib(count: int) -> str:
     return f"{count / 2**20:.1f} MiB"
 
 
-def _progress(text: str, fraction: float) -> None:
+def show_progress(text: str, fraction: float) -> None:
     """One line on a terminal, rewritten in place; nothing where stderr is no terminal."""
     if sys.stderr.isatty():
         end = "\n" if fraction >= 1.0 else ""

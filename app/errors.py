@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+NOT_REACHED = 1  # nothing was wrong, but what was asked for is not to be had
 BAD_INPUT = 2  # bad arguments, unreadable or invalid scene
 NO_GRAPHICS = 3  # no usable OpenGL 4.3, or no display
 

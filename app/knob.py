@@ -22,12 +22,16 @@ def knob(
     static: bool = False,
     resets: bool = True,
     off: Any = None,
+    quality: tuple[Any, ...] = (),
 ) -> Any:
     """A settings leaf. `static`: compiled in, else a uniform. `resets`: changing it invalidates accumulated samples.
-    `off`: the leaf is a step of the technique, and this value switches it off.
+    `off`: the leaf is a step of the technique, and this value switches it off. `quality`: the leaf trades accuracy for
+    time, and these values, cheapest first, are worth trying.
     """
     about = {"low": low, "high": high, "unit": unit, "doc": doc, "log": log}
-    return field(default=default, metadata={**about, "static": static, "resets": resets, "off": off})
+    return field(
+        default=default, metadata={**about, "static": static, "resets": resets, "off": off, "quality": quality}
+    )
 
 
 def walk(group: Any, prefix: str = "") -> Iterator[tuple[str, Field[Any], Any]]:
@@ -110,3 +114,10 @@ def steps(group: Any) -> Iterator[tuple[str, Any]]:
     for path, leaf, _ in walk(group):
         if leaf.metadata["off"] is not None:
             yield path, leaf.metadata["off"]
+
+
+def qualities(group: Any) -> Iterator[tuple[str, tuple[Any, ...]]]:
+    """Yield (dotted path, values to try, cheapest first) of the leaves that trade accuracy for time."""
+    for path, leaf, _ in walk(group):
+        if leaf.metadata["quality"]:
+            yield path, leaf.metadata["quality"]

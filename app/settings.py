@@ -64,15 +64,30 @@ class Post:
         0.12, 0.01, 0.3, unit="of height", doc="Largest circle-of-confusion radius that the post-process gathers."
     )
     rings: int = knob(
-        4, 2, 8, doc="Rings of the gather kernel: the number of taps grows with their square.", static=True
+        4,
+        2,
+        8,
+        doc="Rings of the gather kernel: the number of taps grows with their square.",
+        static=True,
+        quality=(2, 3, 4, 6, 8),
     )
     layer_fade: float = knob(
         2.0, 0.25, 16.0, unit="px", doc="CoC difference over which the presort moves a sample from fore- to background."
     )
     slight_focus: bool = knob(
-        True, doc="Blur slight defocus at full resolution, where half resolution would alias.", static=True, off=False
+        True,
+        doc="Blur slight defocus at full resolution, where half resolution would alias.",
+        static=True,
+        off=False,
+        quality=(False, True),
     )
-    median: bool = knob(True, doc="3x3 median after the gather, against its sampling noise.", static=True, off=False)
+    median: bool = knob(
+        True,
+        doc="3x3 median after the gather, against its sampling noise.",
+        static=True,
+        off=False,
+        quality=(False, True),
+    )
 
 
 @dataclass(frozen=True)
@@ -81,7 +96,11 @@ class Mask:
         True, doc="Rays only where the blur of a near edge reaches; off: in every pixel.", static=True, off=False
     )
     scouts: bool = knob(
-        True, doc="A ray per tile looks out for blur from what the raster image does not hold.", static=True, off=False
+        True,
+        doc="A ray per tile looks out for blur from what the raster image does not hold.",
+        static=True,
+        off=False,
+        quality=(False, True),
     )
     sensitivity: float = knob(
         1.0, 0.01, 100.0, doc="s of the mask response 1 - 1/(s x + 1) to the Sobel gradient x.", log=True
@@ -94,7 +113,9 @@ class Mask:
         doc="Standard deviation of the Gaussian applied to the G-buffer before the Sobel filter.",
         off=0.0,
     )
-    threshold: float = knob(0.1, 0.0, 1.0, doc="Mask responses below this get no rays.")
+    threshold: float = knob(
+        0.1, 0.0, 1.0, doc="Mask responses below this get no rays.", quality=(0.5, 0.25, 0.1, 0.05, 0.02)
+    )
     variance: float = knob(
         2.0,
         0.0,
@@ -107,7 +128,13 @@ class Mask:
 @dataclass(frozen=True)
 class Rays:
     budget: float = knob(
-        4.0, 0.25, 64.0, unit="rays", doc="Mean lens rays per masked pixel and frame (hybrid).", log=True
+        4.0,
+        0.25,
+        64.0,
+        unit="rays",
+        doc="Mean lens rays per masked pixel and frame (hybrid).",
+        log=True,
+        quality=(0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0),
     )
     max_per_pixel: int = knob(16, 1, 256, unit="rays", doc="Most lens rays for one masked pixel in a frame (hybrid).")
     focus_blend: float = knob(
@@ -127,7 +154,12 @@ class Rays:
         log=True,
     )
     samples_per_frame: int = knob(
-        1, 1, 64, doc="Lens samples per pixel that the ray-traced view adds each frame.", resets=False
+        1,
+        1,
+        64,
+        doc="Lens samples per pixel that the ray-traced view adds each frame.",
+        resets=False,
+        quality=(1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64),
     )
 
 
@@ -150,7 +182,11 @@ class Reconstruct:
         True, doc="Trace stored lens rays again and shorten history where their light changed.", static=True, off=False
     )
     spatial: bool = knob(
-        True, doc="Smooth the noise of few rays with neighbours whose blur reaches the pixel.", static=True, off=False
+        True,
+        doc="Smooth the noise of few rays with neighbours whose blur reaches the pixel.",
+        static=True,
+        off=False,
+        quality=(False, True),
     )
     radius: float = knob(
         0.2, 0.0, 1.0, doc="Radius over which a traced layer is gathered from its neighbours, as a part of its CoC's."

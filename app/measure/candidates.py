@@ -37,9 +37,13 @@ def candidates(
 
 
 def _hybrid(settings: Settings, rays: float) -> Candidate:
-    budget = put(settings, "rays.budget", float(rays))
-    most = max(settings.rays.max_per_pixel, round(4 * rays))  # room for the pixels that need more than the mean
-    return Candidate(f"hybrid, {rays:g} rays", "hybrid", put(budget, "rays.max_per_pixel", most))
+    return Candidate(f"hybrid, {rays:g} rays", "hybrid", with_budget(settings, rays))
+
+
+def with_budget(settings: Settings, rays: float) -> Settings:
+    """With so many rays per masked pixel, and room for the pixels that need more than the mean."""
+    most = max(settings.rays.max_per_pixel, round(4 * rays))
+    return put(put(settings, "rays.budget", float(rays)), "rays.max_per_pixel", most)  # type: ignore[no-any-return]
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:

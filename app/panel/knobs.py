@@ -104,6 +104,8 @@ def _tooltip(path: str, leaf: Field[Any]) -> None:
     imgui.text_unformatted(f"--{path}, default {describe(leaf.default, meta['unit'])}")
     if meta["off"] is not None:
         imgui.text_unformatted(f"a step of the technique: off at {describe(meta['off'], meta['unit'])}")
+    if meta["quality"]:
+        imgui.text_unformatted("trades accuracy for time")
     if meta["static"]:
         imgui.text_unformatted("compiled into the shaders: changing it pauses for a moment")
     imgui.pop_style_color()

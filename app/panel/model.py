@@ -15,7 +15,18 @@ from ..scene.model import LoadReport
 from ..settings import Settings
 
 Size = tuple[int, int]
-Wish = Literal["load", "viewpoint", "reload", "screenshot", "fit range", "save camera"]
+Wish = Literal[
+    "load",
+    "viewpoint",
+    "reload",
+    "screenshot",
+    "fit range",
+    "save camera",
+    "save preset",
+    "load preset",
+    "advise",
+    "stop advice",
+]
 
 
 @dataclass(frozen=True)
@@ -37,7 +48,8 @@ class Request:
     """Something only the window can do, uttered by the panel and done between two frames."""
 
     wish: Wish
-    text: str = ""  # a scene's name or path
+    text: str = ""  # a scene's name or path, or a preset's, or what advice is to keep: "error" or "ms"
+    number: float = 0.0  # its limit
     viewpoint: Viewpoint | None = None
 
 
@@ -68,6 +80,9 @@ class Shown:
     speed: float = 1.0  # m/s
     motion: tuple[bool, float] | None = None  # whether the scene's motion plays, and its time, s; None: nothing moves
     load_error: str = ""
+    preset_error: str = ""
+    advising: bool = False  # a search for settings is under way
+    advice: str = ""  # how far it is, or what came of it
     shader_error: str = ""
     message: str = ""  # fades after a few seconds
     loading: tuple[str, float] | None = None  # stage and fraction

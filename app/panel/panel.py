@@ -12,10 +12,12 @@ from imgui_bundle import imgui
 from ..frame.pipeline import CONVERGING
 from ..scene.validate import count
 from . import style
+from .advice import AdvicePicker
 from .costs import draw_costs, draw_passes, muted
 from .knobs import draw_groups
 from .model import Look, Request, Shown
 from .overlay import Rect, draw_overlays
+from .preset_files import PresetPicker
 from .scenes import ScenePicker
 from .views import draw_views
 
@@ -33,7 +35,7 @@ class Panel:
     """Draws one user interface frame after another."""
 
     def __init__(self) -> None:
-        self._scenes = ScenePicker()
+        self._scenes, self._presets, self._advice = ScenePicker(), PresetPicker(), AdvicePicker()
         self.width = 0.0  # window units, as last drawn; 0 while hidden
 
     def draw(self, look: Look, shown: Shown, size: tuple[float, float]) -> tuple[Look, list[Request]]:
@@ -69,15 +71,17 @@ class Panel:
         opened = imgui.TreeNodeFlags_.default_open
         self._toolbar(shown, requests)
         if shown.shader_error:
-            imgui.push_style_color(imgui.Col_.text, style.ERROR)
-            imgui.push_text_wrap_pos(0.0)
-            imgui.text_unformatted(f"Shader not reloaded, the last good one goes on:\n{shown.shader_error}")
-            imgui.pop_text_wrap_pos()
-            imgui.pop_style_color()
+            style.wrapped(f"Shader not reloaded, the last good one goes on:\n{shown.shader_error}", style.ERROR)
         if imgui.collapsing_header("View", opened):
             look = draw_views(look, requests)
         if imgui.collapsing_header("Scene", opened):
             self._scenes.draw(shown, requests)
+        if imgui.collapsing_header("Preset"):
+            self._presets.draw(requests)
+        if shown.preset_error:  # also of a file that was dropped
+            style.wrapped(shown.preset_error, style.ERROR)
+        if imgui.collapsing_header("Advice"):
+            self._advice.draw(shown, requests)
         look = replace(look, settings=draw_groups(look.settings))
         if imgui.collapsing_header("Milliseconds", opened):
             draw_costs(shown)

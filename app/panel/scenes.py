@@ -54,7 +54,7 @@ class ScenePicker:
             imgui.set_item_tooltip("Built-in scenes. Or drop a .glb .gltf .obj .ply .stl file on the window")
         self._path(requests)
         if shown.load_error:
-            _wrapped(shown.load_error, style.ERROR)
+            style.wrapped(shown.load_error, style.ERROR)
         _cameras(shown.viewpoints, requests)
         _report(shown)
 
@@ -97,11 +97,3 @@ def _report(shown: Shown) -> None:
         for note in report.notes:
             muted(f"- {note}")
         imgui.tree_pop()
-
-
-def _wrapped(text: str, color: imgui.ImVec4) -> None:
-    imgui.push_style_color(imgui.Col_.text, color)
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_unformatted(text)
-    imgui.pop_text_wrap_pos()
-    imgui.pop_style_color()

@@ -52,3 +52,12 @@ def apply(density: float) -> None:
         io.fonts.add_font_from_file_ttf(str(FONT), FONT_PX)
     else:
         io.fonts.add_font_default_vector()
+
+
+def wrapped(text: str, color: imgui.ImVec4) -> None:
+    """Text in a colour, as many lines as it takes."""
+    imgui.push_style_color(imgui.Col_.text, color)
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_unformatted(text)
+    imgui.pop_text_wrap_pos()
+    imgui.pop_style_color()

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 from ..controls import ACTIONS, wheel_speed
 from ..panel.input import UiInput
-from ..panel.model import Request
+from ..panel.model import Request, Wish
 from ..panel.panel import Panel
+from ..presets import SUFFIX
 from ..settings import put
 from .desktop import Desktop
 from .stage import Stage
@@ -48,7 +49,8 @@ class Events:
 
     def on_drop(self, paths: list[str]) -> None:
         self._state.touched()
-        self._state.requests.append(Request("load", paths[0]))
+        wish: Wish = "load preset" if paths[0].lower().endswith(SUFFIX) else "load"
+        self._state.requests.append(Request(wish, paths[0]))
 
     def on_text(self, text: str) -> None:
         self._state.touched()

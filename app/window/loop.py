@@ -118,6 +118,7 @@ class Window:
 
     def release(self) -> None:
         """Free everything on the GPU and ImGui's context."""
+        self._requests.advisor.stop()
         self._stage.release()
         self._presenter.release()
         self._imgui.release()
@@ -133,10 +134,11 @@ class Window:
             state.pass_time(now - self._last_step)
         self._last_step = now
         self._settle_size(now)
+        advising = self._requests.advisor.advance()
         changed, converging = self._stage.pending(state.look, state.camera, self._size, state.time_s)
-        if changed or (converging and now - state.last_input > QUIET_S):
+        if changed or (converging and not advising and now - state.last_input > QUIET_S):
             self._draw_scene(now)
-        elif now > state.awake_until and now - self._last_ui < UI_REFRESH_S:
+        elif not advising and now > state.awake_until and now - self._last_ui < UI_REFRESH_S:
             self._desktop.rest()
             return
         self._frame_ui()

@@ -9,8 +9,10 @@ from ..camera import Viewpoint, camera_values, write_viewpoint
 from ..errors import UserError
 from ..panel.model import Request
 from ..picture import write_png
+from ..presets import SUFFIX, is_preset, preset_of, read_preset, write_preset
 from ..session import focused
 from ..settings import put, to_dict
+from .advisor import Advisor
 from .stage import Stage
 from .state import State
 
@@ -22,6 +24,7 @@ class Requests:
 
     def __init__(self, state: State, stage: Stage, screenshots: Path) -> None:
         self._state, self._stage, self._screenshots = state, stage, screenshots
+        self.advisor = Advisor(state, stage)
 
     def serve(self, request: Request) -> None:
         """Do it, or say why not."""
@@ -36,6 +39,12 @@ class Requests:
                 self._screenshot()
             elif request.wish == "save camera":
                 self._save_camera()
+            elif request.wish in ("save preset", "load preset"):
+                self._preset_or_tell(request)
+            elif request.wish == "advise":
+                self.advisor.start(request.text, request.number)
+            elif request.wish == "stop advice":
+                self.advisor.stop()
             elif request.wish == "fit range":
                 self._fit_range()
         except UserError as error:
@@ -44,6 +53,7 @@ class Requests:
     def load(self, name: str, viewpoint: Viewpoint | None = None) -> None:
         """Load a scene and stand at `viewpoint`, else at its first. Raises UserError; the old scene then stays."""
         state = self._state
+        self.advisor.stop()  # it draws the scene that goes
         try:
             self._stage.load(name)
         finally:
@@ -91,6 +101,31 @@ class Requests:
         lens, path = self._state.look.settings.lens, self._new_file(".json")
         write_viewpoint(path, Viewpoint(self._state.camera, lens.focus_distance, lens.aperture))
         self._state.say(f"saved {path}")
+
+    def _preset_or_tell(self, request: Request) -> None:
+        """A name without a folder lies where screenshots go, and one without a suffix is a .json."""
+        path = self._screenshots / Path(request.text).expanduser()
+        path = path if path.suffix else path.with_name(path.name + SUFFIX)
+        state = self._state
+        try:
+            self._save_preset(path) if request.wish == "save preset" else self._load_preset(path)
+        except UserError as error:
+            state.shown = replace(state.shown, preset_error=str(error))
+            raise
+        state.shown = replace(state.shown, preset_error="")
+
+    def _save_preset(self, path: Path) -> None:
+        if path.suffix.lower() != SUFFIX:
+            raise UserError(f"preset {path}: name a file ending in {SUFFIX}")
+        if path.exists() and not is_preset(path):
+            raise UserError(f"{path} is there and is no preset; choose another name")
+        write_preset(path, preset_of(self._state.look.settings, self._state.look.view))
+        self._state.say(f"saved {path}")
+
+    def _load_preset(self, path: Path) -> None:
+        preset, look = read_preset(path), self._state.look
+        self._state.look = replace(look, settings=preset.applied(look.settings), view=preset.view or look.view)
+        self._state.say(f"loaded {path}")
 
     def _fit_range(self) -> None:
         found = self._stage.fitted_range(self._state.look)

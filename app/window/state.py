@@ -73,5 +73,7 @@ class State:
             "time_s": round(self.time_s, 1),
             "message": self.shown.message,
             "load_error": self.shown.load_error,
+            "preset_error": self.shown.preset_error,
+            "advising": self.shown.advising,
             "shader_error": self.shown.shader_error,
         }

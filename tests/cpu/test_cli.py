@@ -78,8 +78,10 @@ def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]
     assert caught.value.code == 0
     out = capsys.readouterr().out
     assert out.startswith(f"usage: hybrid-dof {command}")
-    if command in ("view", "shot", "plan"):
+    if command in ("view", "shot", "plan", "tune"):
         assert all(f"--{path}" in out for path in LEAVES)
+        assert "--preset" in out
+    if command in ("view", "shot", "plan"):
         assert all(view in out for view in VIEWS)
 
 
@@ -127,6 +129,24 @@ def test_the_program_itself_has_help_and_a_version(argument: str, capsys: pytest
         (("plan", "toy-train", "--fps", "25"), "--fps"),
         (("shot", "still-life", "-o", "x.png", "--seed", "-1"), "--seed"),
         (("shot", "still-life", "-o", "x.png", "--seed", "4294967296"), "--seed"),
+        (("tune", "still-life"), "--error"),
+        (("tune", "still-life", "--error", "0.1", "--ms", "9"), "--ms"),
+        (("tune", "still-life", "--error", "little"), "--error"),
+        (("tune", "still-life", "--error", "0"), "--error"),
+        (("tune", "still-life", "--ms", "nan"), "--ms"),
+        (("tune", "still-life", "--ms", "inf"), "--ms"),
+        (("tune", "still-life", "--ms", "9", "--views", "post,shrap"), "shrap"),
+        (("tune", "still-life", "--ms", "9", "--views", "reference"), "reference"),
+        (("tune", "still-life", "--ms", "9", "--views", ""), "--views"),
+        (("tune", "still-life", "--ms", "9", "--metric", "ssim"), "--metric"),
+        (("tune", "still-life", "--ms", "9", "--region", "edges"), "--region"),
+        (("tune", "still-life", "--ms", "9", "--spp", "3"), "--spp"),
+        (("tune", "still-life", "--ms", "9", "--steps", "0"), "--steps"),
+        (("tune", "still-life", "--ms", "9", "--view", "post"), "--view"),
+        (("tune", "still-life", "--ms", "9", "-o", "preset.png"), "preset.png"),
+        (("tune", "still-life", "--ms", "9", "-o", "no/such/folder/p.json"), "no/such/folder"),
+        (("tune", "still-life", "--ms", "9", "--preset", "nowhere.json"), "nowhere.json"),
+        (("tune", "still-life", "--ms", "9", "--post.rings", "99"), "--post.rings"),
         (("scenes", "surplus"), "surplus"),
         (("--nonsense",), "--nonsense"),
     ],

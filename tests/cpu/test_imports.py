@@ -16,12 +16,12 @@ LAYERS = (  # a module imports from its own layer and from those above it in thi
     ("bvh",),
     ("frame",),
     ("gpu",),
-    ("renderer", "session"),
+    ("renderer", "session", "presets"),
     ("measure",),
     ("panel",),
     ("window",),
     ("bench_options", "bench_command"),
-    ("commands",),
+    ("commands", "tune_command"),
     ("cli", "__main__"),
 )
 RANK = {unit: rank for rank, units in enumerate(LAYERS) for unit in units}

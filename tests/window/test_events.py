@@ -161,6 +161,8 @@ def test_a_dropped_file_is_a_request_to_load_it(rig: Rig) -> None:
     events.on_drop(["/some/room.glb", "/another.glb"])
     assert state.take_requests() == [Request("load", "/some/room.glb")]
     assert state.take_requests() == []
+    events.on_drop(["/some/Preset.JSON"])
+    assert state.take_requests() == [Request("load preset", "/some/Preset.JSON")]
 
 
 def test_the_bar_is_held_from_press_to_release_and_stays_in_the_picture(rig: Rig) -> None:

@@ -96,6 +96,40 @@ def test_a_missing_folder_for_screenshots_is_a_sentence(state: State, tmp_path: 
     assert "no such folder" in state.shown.message
 
 
+def test_a_saved_preset_loads(state: State, requests: Requests, tmp_path: Path) -> None:
+    state.look = Look(put(state.look.settings, "rays.budget", 2.0), "post")
+    saved = state.look
+    requests.serve(Request("save preset", "mine"))
+    assert state.shown.message == f"saved {tmp_path / 'mine.json'}"
+    state.look = Look(put(Settings(), "post.rings", 8), "sharp", other="traced")
+    requests.serve(Request("load preset", str(tmp_path / "mine.json")))
+    assert (state.look.settings, state.look.view, state.look.other) == (saved.settings, "post", "traced")
+    requests.serve(Request("save preset", "mine"))  # over itself
+    assert state.shown.preset_error == ""
+
+
+@pytest.mark.parametrize(
+    ("wish", "name", "told"),
+    [
+        ("load preset", "missing", "missing.json"),
+        ("load preset", "room.json", "settings"),
+        ("save preset", "room.json", "is no preset"),
+        ("save preset", "no/folder", "folder"),
+        ("save preset", "room.glb", ".json"),
+    ],
+)
+def test_a_preset_that_fails_is_told_and_changes_nothing(
+    state: State, requests: Requests, tmp_path: Path, wish: Any, name: str, told: str
+) -> None:
+    (tmp_path / "room.json").write_text('{"eye": [0, 0, 0]}')
+    before = state.look
+    requests.serve(Request(wish, name))
+    assert told in state.shown.preset_error
+    assert state.shown.message == state.shown.preset_error
+    assert state.look == before
+    assert [path.name for path in tmp_path.iterdir()] == ["room.json"]
+
+
 def test_a_shader_error_goes_to_the_panel(state: State, requests: Requests) -> None:
     requests.serve(Request("reload"))
     assert state.shown.shader_error == "dof/gather.comp:12: error"

@@ -88,6 +88,14 @@ def test_a_target_that_these_settings_do_not_produce_falls_back_with_a_reason(
         assert "pinhole" in window.state["message"]
 
 
+def test_a_preset_chooses_view_and_settings(display: str, scene: Path, tmp_path: Path) -> None:
+    (tmp_path / "p.json").write_text('{"view": "post", "settings": {"lens.aperture": 0.1}}')
+    with Driver(display, tmp_path, str(scene), "--preset", str(tmp_path / "p.json")) as window:
+        state = window.state
+        assert (state["view"], state["aperture"]) == ("post", 0.1)
+        assert state["focus_distance"] == 5.0  # of the camera file beside the scene
+
+
 def test_the_bar_of_the_split_screen_can_be_dragged(window: Driver) -> None:
     window.key("c")
     state = window.wait(lambda s: s["other"])
