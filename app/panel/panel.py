@@ -12,6 +12,7 @@ from imgui_bundle import imgui
 from ..frame.pipeline import CONVERGING
 from ..scene.validate import count
 from . import style
+from .cost import CostSection
 from .costs import draw_costs, draw_passes, muted
 from .knobs import draw_groups
 from .model import Look, Request, Shown
@@ -34,6 +35,7 @@ class Panel:
 
     def __init__(self) -> None:
         self._scenes = ScenePicker()
+        self.cost = CostSection()
         self.width = 0.0  # window units, as last drawn; 0 while hidden
 
     def draw(self, look: Look, shown: Shown, size: tuple[float, float]) -> tuple[Look, list[Request]]:
@@ -78,6 +80,7 @@ class Panel:
             look = draw_views(look, requests)
         if imgui.collapsing_header("Scene", opened):
             self._scenes.draw(shown, requests)
+        look = self.cost.draw(look, shown)
         look = replace(look, settings=draw_groups(look.settings))
         if imgui.collapsing_header("Milliseconds", opened):
             draw_costs(shown)

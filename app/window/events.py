@@ -107,6 +107,11 @@ class Events:
             state.look = replace(state.look, view=action.removeprefix("view "))
         elif action == "compare":
             state.look = replace(state.look, compare=not state.look.compare)
+        elif action == "heat":
+            state.look = replace(state.look, heat=not state.look.heat)
+        elif action == "survey":
+            opened = not (state.look.survey.open and state.look.panel)
+            state.look = replace(state.look, panel=True, survey=replace(state.look.survey, open=opened))
         elif action == "pause":
             self._pause()
         elif action == "help":
