@@ -19,7 +19,7 @@ from .cost_plot import CostPlot, Mark
 from .costs import muted
 from .knobs import LABEL_EM
 from .model import HeatShown, Look, Shown, SurveyShown, SurveyWish
-from .plots import COLORS, FLAGS, HEIGHT_EM, NOISE, QUIET, Axis, figure_label, figure_text
+from .plots import COLORS, FLAGS, HEIGHT_EM, NOISE, QUIET, Axis, figure_text, legend
 
 WIDTHS = (160, 240, 320, 480, 640)  # px of a measured picture
 AREAS = (WHOLE, "in_focus", "far_blur", "near_silhouettes", "near_blur")
@@ -46,8 +46,8 @@ class CostSection:
         opened = imgui.collapsing_header("Cost of accuracy")
         self._was_open = opened
         look = replace(look, survey=replace(look.survey, open=opened))
+        self._plot.places = {}
         if not opened:
-            self._plot.places = {}
             return look
         look = self._heat(look, shown.heat)
         look = replace(look, survey=self._choices(look.survey))
@@ -84,7 +84,7 @@ class CostSection:
             f"Each after {FRAMES} frames that stand still. Times and errors are of this small picture, whose blur is "
             "as much smaller. Ctrl+wheel zooms, dragging moves, a double click shows all."
         )
-        if findings.own:
+        if findings.own and findings.curve:
             self._curve.draw(findings, self._region, self._metric if self._metric != "flip" else "psnr")
         if clicked:
             settings = applied(clicked.candidate, look.settings)
@@ -123,28 +123,27 @@ class _Curve:
         fit, self._fitted = key != self._fitted, key
         noise = float(getattr(floor, metric))
         imgui.separator_text(f"{view}, frame by frame")
+        slope = _slope(METRICS[metric])
+        legend([(view, COLORS[view]), (slope, QUIET), ("noise floor", NOISE)])
         if not implot.begin_plot("##curve", imgui.ImVec2(-1.0, 0.8 * HEIGHT_EM * imgui.get_font_size()), FLAGS):
             return
         log = not METRICS[metric].rises
         self._x.setup(f"frames at {findings.size[0]} x {findings.size[1]} px", [1, *(n for n, _ in points)], True, fit)
-        self._y.setup(figure_label(metric), [noise, *(y for _, y in points)], log, fit)
-        implot.setup_legend(int(implot.Location_.north_west if not log else implot.Location_.south_west), 0)
+        self._y.setup(METRICS[metric].title, [noise, *(y for _, y in points)], log, fit)
         flat = implot.InfLinesFlags_.horizontal
         implot.plot_inf_lines("noise floor", np.array([noise]), implot.Spec(line_color=NOISE, flags=flat))
-        if points:
-            xs = np.array([n for n, _ in points], float)
-            expected = np.array([independent(points[0][1], n, metric) for n, _ in points])
-            name = _slope(METRICS[metric])
-            implot.plot_line(name, xs, expected, implot.Spec(line_color=QUIET, line_weight=1.0))
-            spec = implot.Spec(line_color=COLORS[view], line_weight=2.0)
-            implot.plot_line(view, xs, np.array([y for _, y in points]), spec)
+        xs = np.array([n for n, _ in points], float)
+        expected = np.array([independent(points[0][1], n, metric) for n, _ in points])
+        implot.plot_line(slope, xs, expected, implot.Spec(line_color=QUIET, line_weight=1.0))
+        spec = implot.Spec(line_color=COLORS[view], line_weight=2.0)
+        implot.plot_line(view, xs, np.array([y for _, y in points]), spec)
         self._x.note()
         self._y.note()
         implot.end_plot()
 
 
 def _slope(metric: Metric) -> str:
-    return {1.0: "1 / sqrt(frames)", 2.0: "1 / frames"}.get(metric.power, "1 / sqrt(frames), in dB")
+    return {1.0: "as 1 / sqrt(frames)", 2.0: "as 1 / frames"}.get(metric.power, "as 1 / sqrt(frames), in dB")
 
 
 def _progress(survey: SurveyShown) -> None:

@@ -13,13 +13,14 @@ from ..measure.candidates import Candidate
 from ..measure.live import HEAT_RANGE
 from ..measure.quote import METRICS, Priced, best
 from ..measure.survey import Measured
+from . import style
 from .colormap import sequential
-from .costs import muted
-from .plots import COLORS, FLAGS, HEIGHT_EM, MARKERS, NOISE, QUIET, Axis, figure_label, figure_text, prepare
+from .plots import COLORS, FLAGS, HEIGHT_EM, MARKERS, NOISE, QUIET, Axis, figure_label, figure_text, legend, prepare
 
 REACH_EM = 0.8  # from a mark within which the pointer means it
 CLICK_SLOP = 4.0  # window units that the pointer may wander between press and release; further, and it dragged the plot
-THUMBNAIL_EM = 16.0
+THUMBNAIL_EM, SCALE_EM = 16.0, 4.5  # widths of the difference picture and of its scale
+WHITE = imgui.ImVec4(1.0, 1.0, 1.0, 1.0)
 MAP_STEPS = 64  # colours of the map: finer than the eye tells apart
 
 
@@ -53,10 +54,18 @@ class CostPlot:
         prepare()
         clicked = None
         self.places = {}
+        views = dict.fromkeys(m.candidate.view for m in shown)
+        legend(
+            [
+                *((v, COLORS[v]) for v in views),
+                ("on screen", WHITE),
+                ("worth having", QUIET),
+                ("noise floor", NOISE),
+            ]
+        )
         if implot.begin_plot("##cost", imgui.ImVec2(-1.0, HEIGHT_EM * imgui.get_font_size()), FLAGS):
             self._x.setup(f"ms per frame at {size[0]} x {size[1]} px", [m.priced.ms for m in shown], True, fit)
             self._y.setup(figure_label(metric), figures, not METRICS[metric].rises, fit)
-            implot.setup_legend(_legend(metric), implot.LegendFlags_.none)
             _lines([m.priced for m in marks], noise, metric)
             _marks(marks)
             if own:
@@ -94,7 +103,7 @@ class CostPlot:
         imgui.begin_tooltip()
         imgui.text_colored(COLORS[mark.candidate.view], f"{mark.candidate.view}: {mark.candidate.label}")
         imgui.text_unformatted(f"{mark.priced.ms:.3g} ms, {_figure(mark.priced, metric)}")
-        muted("Click to see the picture this way. Where it is wrong:")
+        imgui.text_colored(style.MUTED, "Click to see it. Where it is wrong:")
         self._thumbnail(mark.measured.difference)
         imgui.end_tooltip()
 
@@ -121,7 +130,7 @@ class CostPlot:
             implot.plot_heatmap("##difference", np.ascontiguousarray(difference), *HEAT_RANGE, "")
             implot.end_plot()
         imgui.same_line()
-        implot.colormap_scale("##scale", *HEAT_RANGE, imgui.ImVec2(0.0, height), "%g")
+        implot.colormap_scale("##scale", *HEAT_RANGE, imgui.ImVec2(SCALE_EM * imgui.get_font_size(), height), "%.2f")
         implot.pop_style_var()
         implot.pop_colormap()
 
@@ -149,9 +158,9 @@ def _marks(marks: Sequence[Mark]) -> None:
 
 
 def _own(own: Mark) -> None:
-    clear, white = imgui.ImVec4(0.0, 0.0, 0.0, 0.0), imgui.ImVec4(1.0, 1.0, 1.0, 1.0)
+    clear = imgui.ImVec4(0.0, 0.0, 0.0, 0.0)
     spec = implot.Spec(
-        marker=implot.Marker_.circle, marker_size=8.0, marker_fill_color=clear, marker_line_color=white, line_weight=2.0
+        marker=implot.Marker_.circle, marker_size=8.0, marker_fill_color=clear, marker_line_color=WHITE, line_weight=2.0
     )
     implot.plot_scatter("on screen", np.array([own.priced.ms]), np.array([own.priced.figure]), spec)
 
@@ -159,11 +168,6 @@ def _own(own: Mark) -> None:
 def _pixel(mark: Mark) -> tuple[float, float]:
     at = implot.plot_to_pixels(mark.priced.ms, mark.priced.figure)
     return at.x, at.y
-
-
-def _legend(metric: str) -> int:
-    """In the corner where dear and bad meet: nothing worth having is there."""
-    return int(implot.Location_.south_east if METRICS[metric].rises else implot.Location_.north_east)
 
 
 def _figure(priced: Priced, metric: str) -> str:

@@ -28,12 +28,23 @@ QUIET = imgui.ImVec4(0.62, 0.64, 0.67, 0.8)
 NOISE = imgui.ImVec4(0.85, 0.35, 0.35, 0.9)
 HEIGHT_EM = 15.0
 MARGIN = 0.08  # of the axis, on either side of the data
-FLAGS = implot.Flags_.no_title | implot.Flags_.no_menus | implot.Flags_.no_mouse_text
+FLAGS = implot.Flags_.no_title | implot.Flags_.no_menus | implot.Flags_.no_mouse_text | implot.Flags_.no_legend
 
 
 def prepare() -> None:
     """The wheel scrolls the panel; with Ctrl it zooms the plot."""
     implot.get_input_map().zoom_mod = int(imgui.Key.mod_ctrl)
+
+
+def legend(entries: Sequence[tuple[str, imgui.ImVec4]]) -> None:
+    """Names in their colours, above a plot that has no room for them inside; as many rows as it takes."""
+    space = imgui.get_style().item_spacing.x * 2.0
+    for index, (name, color) in enumerate(entries):
+        if index:
+            imgui.same_line(0.0, space)
+            if imgui.get_content_region_avail().x < imgui.calc_text_size(name).x:
+                imgui.new_line()
+        imgui.text_colored(color, name)
 
 
 class Axis:

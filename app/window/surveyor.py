@@ -24,6 +24,7 @@ Size = tuple[int, int]
 UI_S = 0.1  # between two drawings of the panel while nothing else happens: the window should measure
 STILL_S = 0.3  # without input before the first slice: the panel answers at once, and flying is never held up
 WIDTH, WIDTH_SOFTWARE = 320, 160  # px of the survey's picture, of which errors and times are
+SHARE = 3.0  # time for slices over time for a picture that only gets a little smoother
 SLICES_MS = 8.0  # short slices are drawn until so much has passed: half a frame of a 60 Hz display
 
 
@@ -44,9 +45,9 @@ class Surveyor:
 
     def turn(self, size: Size, now: float, converging: bool) -> bool:
         """Draw a slice if there is one to draw, and if it is not the turn of a picture that converges: the two share
-        the time evenly.
+        the time.
         """
-        measures = self._aim(size, now) and (self._spent_s <= self._picture_s or not converging)
+        measures = self._aim(size, now) and (self._spent_s <= SHARE * self._picture_s or not converging)
         if measures:
             self._work()
         return measures
