@@ -164,7 +164,7 @@ def _advice(now: Priced, points: Sequence[Priced], metric: str) -> None:
     better, cheaper = worth(now, points, metric)
     imgui.text_unformatted(f"On screen: {now.ms:.3g} ms, {figure_text(now.figure, metric, now.at_floor)}")
     imgui.push_text_wrap_pos(0.0)
-    if cheaper:
+    if cheaper and cheaper is not better:
         gain = figure_text(cheaper.figure, metric, cheaper.at_floor)
         imgui.text_unformatted(f"For {now.ms - cheaper.ms:.3g} ms less: {cheaper.label}, {gain}")
     if better:

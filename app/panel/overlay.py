@@ -80,7 +80,9 @@ def _heat_scale(heat: HeatShown, picture: Rect) -> None:
     """What the map's colours mean, at the picture's top left; until there is a map, how far its reference is."""
     x, y, width, _ = picture
     if not heat.ready:
-        _box("heat", f"drawing the true picture: {100 * heat.part:.0f} %", (x + MARGIN, y + MARGIN), (0.0, 0.0))
+        drawing = f"drawing the true picture: {100 * heat.part:.0f} %"
+        text = drawing if heat.part else "where it is wrong: shown of a view that stands still"
+        _box("heat", text, (x + MARGIN, y + MARGIN), (0.0, 0.0))
         return
     low, high = heat.ends
     imgui.set_next_window_pos(imgui.ImVec2(x + MARGIN, y + MARGIN), imgui.Cond_.always)

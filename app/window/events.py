@@ -59,6 +59,7 @@ class Events:
         self._state.touched()
         if not pressed:
             self._state.pilot.release(name)
+        self._digest()  # a click just before may have ended what wanted the keyboard
         wanted = self._ui.wants_keyboard
         self._ui.key(name, pressed)
         self._digest()

@@ -8,6 +8,7 @@ from typing import Any
 import moderngl
 
 from ..camera import Camera
+from ..frame.pipeline import VIEWS
 from ..measure.live import HEAT_RANGE, LiveError
 from ..measure.reference import Reference, drawing
 from ..measure.subject import Key, plainly, truth_values
@@ -38,6 +39,7 @@ class Heat:
         if key != self._key:
             self._stop()
             self._key, self._reference, self._map, self._part = key, None, None, 0.0
+            self._painted = ()
             self._live.forget()
             self._renderer = self._stage.renderer(size)
             self._drawing = drawing(self._renderer, camera, plainly(settings), POINTS, time_s=time_s)
@@ -56,36 +58,32 @@ class Heat:
             self._reference = end.value
             self._live.set_reference(end.value)
             self._stop()
-            for side in self._stage.sides[:1]:
-                self.update(side)
 
-    def update(self, side: Side) -> None:
-        """Measure what this side drew last, if it is the picture that the reference is of."""
-        if self._reference is not None and self._fits(side):
+    def texture(self, side: Side, settings: Settings) -> moderngl.Texture | None:
+        """The map over this side's picture, which is measured, too; None while there is none. Nothing is done again
+        before something has changed.
+        """
+        if self._reference is None or not self._fits(side):
+            return None
+        painted = (self._key, side.drawn, side.still, side.samples, settings.overlay)
+        if painted != self._painted:
+            self._painted = painted
             self._live.update(side.renderer)
             if side.samples >= side.limit:
                 self._live.finish()
-
-    def texture(self, side: Side, settings: Settings) -> moderngl.Texture | None:
-        """The map over this side's picture; None while there is none. Painted again only when something changed."""
-        if self._reference is None or not self._fits(side):
-            return None
-        painted = (side.drawn, side.still, side.samples, settings.overlay)
-        if painted != self._painted:
-            self._map, self._painted = self._live.heat_map(side.renderer, settings.overlay), painted
+            self._map = self._live.heat_map(side.renderer, settings.overlay)
         return self._map
 
-    def shown(self, settings: Settings) -> HeatShown:
-        """What the panel tells of it."""
+    def shown(self, side: Side | None, settings: Settings) -> HeatShown:
+        """What the panel tells of it and of this side's picture."""
         low, high = settings.overlay.range_low, settings.overlay.range_high
         ends = (low, high) if low != high else HEAT_RANGE
         floor = self._reference.floor if self._reference else None
-        return HeatShown(self._reference is not None, self._part, ends, self._live.latest, floor)
+        ready = self._reference is not None and side is not None and side.view in VIEWS and self._fits(side)
+        return HeatShown(ready, self._part if self.busy else 0.0, ends, self._live.latest if ready else None, floor)
 
     def release(self) -> None:
-        """Give everything back; what is aimed at next starts afresh."""
         self._stop()
-        self._key = self._reference = self._map = None
         self._live.release()
 
     def _fits(self, side: Side) -> bool:

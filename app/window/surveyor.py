@@ -55,8 +55,6 @@ class Surveyor:
     def drawn(self, seconds: float) -> None:
         """The stage drew a frame in that time."""
         self._picture_s += seconds
-        if self._heat:
-            self._heat.update(self._stage.sides[0])
 
     def texture(self, side: Side) -> moderngl.Texture | None:
         """What the window shows of a side: its picture, or where that is wrong."""
@@ -66,7 +64,8 @@ class Surveyor:
     def shown(self) -> tuple[SurveyShown | None, HeatShown | None]:
         """What the panel tells; None of what was not asked for."""
         look = self._state.look
-        heat = self._heat.shown(look.settings) if self._heat and look.heat else None
+        sides = self._stage.sides
+        heat = self._heat.shown(sides[0] if sides else None, look.settings) if self._heat and look.heat else None
         if self._survey is None or not look.survey.open:
             return None, heat
         moving = self._state.pilot.active or (self._stage.moves and self._state.playing)
@@ -109,9 +108,6 @@ class Surveyor:
         if look.heat:
             self._heat = self._heat or Heat(self._stage)
             self._heat.aim(state.camera, look.settings, size, state.time_s)
-        elif self._heat:
-            self._heat.release()
-            self._heat = None
         return self._busy
 
     def _work(self) -> None:
@@ -127,7 +123,7 @@ class Surveyor:
 
     def _slices(self, begin: float) -> None:
         while self._busy:
-            if self._heat and self._heat.busy:
+            if self._heat and self._truth_due:
                 self._heat.step()
             elif self._survey:
                 self._survey.step()
@@ -138,7 +134,11 @@ class Surveyor:
     def _busy(self) -> bool:
         look = self._state.look
         surveying = self._survey is not None and look.survey.open and look.panel and not self._survey.done
-        return surveying or (self._heat is not None and self._heat.busy)
+        return surveying or self._truth_due
+
+    @property
+    def _truth_due(self) -> bool:
+        return self._heat is not None and self._state.look.heat and self._heat.busy
 
     def _aim_survey(self, size: Size) -> None:
         state, look, stage = self._state, self._state.look, self._stage
