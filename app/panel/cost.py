@@ -51,7 +51,7 @@ class CostSection:
             return look
         look = self._heat(look, shown.heat)
         look = replace(look, survey=self._choices(look.survey))
-        return self._survey(look, shown.survey) if shown.survey else look
+        return self._survey(look, shown.survey, shown.timing_source) if shown.survey else look
 
     def _choices(self, wish: SurveyWish) -> SurveyWish:
         self._metric = _choose("figure", METRICS, self._metric, {n: m.title for n, m in METRICS.items()})
@@ -62,7 +62,7 @@ class CostSection:
         imgui.set_item_tooltip("These take longest, by far")
         return replace(wish, width=width, dear=dear)
 
-    def _survey(self, look: Look, survey: SurveyShown) -> Look:
+    def _survey(self, look: Look, survey: SurveyShown, clock: str) -> Look:
         findings = survey.findings
         _progress(survey)
         if findings.floor is None:
@@ -81,8 +81,8 @@ class CostSection:
         if own:
             _advice(own.priced, [m.priced for m in marks], self._metric)
         muted(
-            f"Each after {FRAMES} frames that stand still. Times and errors are of this small picture, whose blur is "
-            "as much smaller. Ctrl+wheel zooms, dragging moves, a double click shows all."
+            f"Each after {FRAMES} frames that stand still; {clock}. Times and errors are of this small picture, whose "
+            "blur is as much smaller. Ctrl+wheel zooms, dragging moves, a double click shows all."
         )
         if findings.own and findings.curve:
             self._curve.draw(findings, self._region, self._metric if self._metric != "flip" else "psnr")

@@ -12,7 +12,7 @@ import pytest
 
 from app.camera import Camera
 from app.frame.pipeline import CONVERGING
-from app.gpu.timing import WALL_CLOCK
+from app.gpu.timing import GPU_TIMER, WALL_CLOCK
 from app.measure import survey as module
 from app.measure.candidates import candidates
 from app.measure.metrics import measure
@@ -140,6 +140,14 @@ def test_times_are_the_clocks_and_errors_those_of_the_metrics(survey: Survey, re
         assert (measured.difference == measured.difference[0, 0]).all()
     of_post = renderer.drawn.count("post")
     assert of_post == 5 * FRAMES
+
+
+def test_a_gpu_timer_that_can_be_trusted_is_asked_for_the_frames(survey: Survey, renderer: FakeRenderer) -> None:
+    passes = {"a": [9.0, *[2.0] * (FRAMES - WARM_UP)], "b": [1.0] * (FRAMES - WARM_UP)}
+    renderer.profiler.source, renderer.profiler.samples_ms = GPU_TIMER, lambda: passes
+    survey.aim(SUBJECT)
+    finish(survey)
+    assert {measured.ms for _, measured in survey.findings().points if measured} == {3.0}
 
 
 CHANGES: dict[str, tuple[Callable[[], Subject], set[str]]] = {  # and the views whose figures stay
