@@ -56,6 +56,8 @@ BINDINGS = (
     Binding(("_3",), "view traced", "View", "ray-traced"),
     Binding(("_4",), "view reference", "View", "raster reference"),
     Binding(("c",), "compare", "View", "split screen on or off; drag the bar"),
+    Binding(("h",), "heat", "View", "where the picture is wrong, and how much"),
+    Binding(("m",), "survey", "View", "measure what accuracy costs: a section of the panel"),
     Binding(("p",), "pause", "View", "stop or go on with the scene's motion"),
     Binding((), "focus", "View", "focus on what is under the pointer", "Click"),
     Binding(("f1",), "help", "Window", "this help"),

@@ -77,6 +77,10 @@ class ErrorSums:
         self._ctx.memory_barrier()
         return self._painted
 
+    def forget(self) -> None:
+        """Have no true picture any more."""
+        self._drop()
+
     def release(self) -> None:
         self._drop()
         for program in (self._blocks, self._row_sums, self._heat):

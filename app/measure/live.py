@@ -33,6 +33,11 @@ class LiveError:
         self._sums.set_truth(reference.picture, reference.labels)
         self._latest = None
 
+    def forget(self) -> None:
+        """Compare with nothing until another reference is set."""
+        self._latest = None
+        self._sums.forget()
+
     def update(self, renderer: Renderer) -> None:
         """Measure the renderer's last frame. `latest` follows a few frames later, so that nothing waits.
 

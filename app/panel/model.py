@@ -11,6 +11,8 @@ from typing import Literal
 
 from ..camera import Viewpoint
 from ..frame.records import FramePlan
+from ..measure.metrics import Errors
+from ..measure.survey import Findings
 from ..scene.model import LoadReport
 from ..settings import Settings
 
@@ -30,6 +32,15 @@ Wish = Literal[
 
 
 @dataclass(frozen=True)
+class SurveyWish:
+    """What accuracy costs: whether anyone wants to know, and how exactly."""
+
+    open: bool = False  # the panel's section: nothing is measured while it is closed
+    dear: bool = False  # with the candidates that take longest
+    width: int = 160  # px, of the pictures that are measured
+
+
+@dataclass(frozen=True)
 class Look:
     """What the user asked to see. Keys and panel both replace it; the window draws it."""
 
@@ -41,6 +52,8 @@ class Look:
     scale: float = 1.0  # picture pixels per window pixel
     panel: bool = True
     help: bool = False
+    heat: bool = False  # where the picture is wrong, instead of the picture
+    survey: SurveyWish = field(default_factory=SurveyWish)
 
 
 @dataclass(frozen=True)
@@ -66,6 +79,26 @@ class Cost:
 
 
 @dataclass(frozen=True)
+class SurveyShown:
+    """What a survey found, and why it waits if it does."""
+
+    findings: Findings
+    moving: bool = False  # nothing is measured meanwhile, and what was found is of the picture before
+    plays: bool = False  # and it is the scene's motion that does
+
+
+@dataclass(frozen=True)
+class HeatShown:
+    """The map of the error over the picture."""
+
+    ready: bool = False
+    part: float = 0.0  # of the true picture that is drawn
+    ends: tuple[float, float] = (0.0, 1.0)  # of its colours
+    errors: Mapping[str, Errors] | None = None  # of the picture on screen, by region
+    floor: Mapping[str, Errors] | None = None  # the true picture's noise
+
+
+@dataclass(frozen=True)
 class Shown:
     """What the panel tells but cannot change."""
 
@@ -86,3 +119,5 @@ class Shown:
     shader_error: str = ""
     message: str = ""  # fades after a few seconds
     loading: tuple[str, float] | None = None  # stage and fraction
+    survey: SurveyShown | None = None
+    heat: HeatShown | None = None

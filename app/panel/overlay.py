@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 from imgui_bundle import imgui
 
 from ..controls import BINDINGS, Binding
 from . import style
-from .model import Look, Shown
+from .colormap import sequential
+from .model import HeatShown, Look, Shown
+from .views import LEGEND_STEPS, draw_bar, draw_ticks
 
 Rect = tuple[float, float, float, float]  # x, y from the top left, width, height; window units
 
@@ -28,6 +31,7 @@ _HELP = (
     | imgui.WindowFlags_.no_nav
 )
 HELP_EM = (0.0, 45.0, 60.0)  # width from which the help stands in one, two, three columns, in font heights
+SCALE_EM = 19.0  # width of the heat map's scale
 MARGIN = 10.0  # px between a label and the picture's edge
 
 
@@ -35,6 +39,8 @@ def draw_overlays(look: Look, shown: Shown, picture: Rect) -> None:
     """Draw everything that applies now."""
     if look.compare and look.panel:
         _side_names(look, picture)
+    if shown.heat:
+        _heat_scale(shown.heat, picture)
     if look.help:
         _help(picture)
     if shown.loading:
@@ -68,6 +74,25 @@ def _side_names(look: Look, picture: Rect) -> None:
     bar = x + look.bar * width
     _box("left name", look.view, (bar - MARGIN, y + MARGIN), (1.0, 0.0))
     _box("right name", look.other, (bar + MARGIN, y + MARGIN), (0.0, 0.0))
+
+
+def _heat_scale(heat: HeatShown, picture: Rect) -> None:
+    """What the map's colours mean, at the picture's top left; until there is a map, how far its reference is."""
+    x, y, width, _ = picture
+    if not heat.ready:
+        drawing = f"drawing the true picture: {100 * heat.part:.0f} %"
+        text = drawing if heat.part else "where it is wrong: shown of a view that stands still"
+        _box("heat", text, (x + MARGIN, y + MARGIN), (0.0, 0.0))
+        return
+    low, high = heat.ends
+    imgui.set_next_window_pos(imgui.ImVec2(x + MARGIN, y + MARGIN), imgui.Cond_.always)
+    imgui.set_next_window_size(imgui.ImVec2(min(SCALE_EM * imgui.get_font_size(), max(width - 2 * MARGIN, 1.0)), 0.0))
+    imgui.set_next_window_bg_alpha(0.75)
+    imgui.begin("##heat scale", None, _PASSIVE & ~imgui.WindowFlags_.always_auto_resize)
+    imgui.text_unformatted("error, as displayed (1: black for white)")
+    draw_bar(sequential(np.linspace(0.0, 1.0, LEGEND_STEPS)))
+    draw_ticks(f"{low:.3g}", f"{(low + high) / 2:.3g}", f"{high:.3g} and more")
+    imgui.end()
 
 
 def _progress(stage: str, fraction: float, picture: Rect) -> None:

@@ -13,6 +13,7 @@ from ..frame.pipeline import CONVERGING
 from ..scene.validate import count
 from . import style
 from .advice import AdvicePicker
+from .cost import CostSection
 from .costs import draw_costs, draw_passes, muted
 from .knobs import draw_groups
 from .model import Look, Request, Shown
@@ -36,6 +37,7 @@ class Panel:
 
     def __init__(self) -> None:
         self._scenes, self._presets, self._advice = ScenePicker(), PresetPicker(), AdvicePicker()
+        self.cost = CostSection()
         self.width = 0.0  # window units, as last drawn; 0 while hidden
 
     def draw(self, look: Look, shown: Shown, size: tuple[float, float]) -> tuple[Look, list[Request]]:
@@ -82,6 +84,7 @@ class Panel:
             style.wrapped(shown.preset_error, style.ERROR)
         if imgui.collapsing_header("Advice"):
             self._advice.draw(shown, requests)
+        look = self.cost.draw(look, shown)
         look = replace(look, settings=draw_groups(look.settings))
         if imgui.collapsing_header("Milliseconds", opened):
             draw_costs(shown)

@@ -77,9 +77,9 @@ def draw_legend(target: Target, settings: Settings) -> None:
     elif target.show == "normal":
         muted("red, green, blue: x, y, z from -1 to 1; black: sky")
     else:
-        _bar(legend_colors(target, low, high))
+        draw_bar(legend_colors(target, low, high))
         middle = {"vector": "hue: direction", "signed": "0"}.get(target.show, f"{(low + high) / 2:.4g}")
-        _ticks(*(("left", middle, "left") if target.show == "vector" else (f"{low:.4g}", middle, f"{high:.4g}")))
+        draw_ticks(*(("left", middle, "left") if target.show == "vector" else (f"{low:.4g}", middle, f"{high:.4g}")))
         if target.show == "vector":
             muted(f"brightness: length, full at {high:.4g} px; red points right, cyan left")
     muted("magenta: not a number, or infinite")
@@ -136,7 +136,8 @@ def _range(settings: Settings, requests: list[Request]) -> Settings:
     return settings
 
 
-def _bar(colors: np.ndarray) -> None:
+def draw_bar(colors: np.ndarray) -> None:
+    """Colours from left to right over the width there is."""
     drawing, corner = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
     width, height = imgui.get_content_region_avail().x, imgui.get_font_size()
     packed = [imgui.color_convert_float4_to_u32(imgui.ImVec4(float(r), float(g), float(b), 1.0)) for r, g, b in colors]
@@ -150,7 +151,8 @@ def _bar(colors: np.ndarray) -> None:
     imgui.dummy(imgui.ImVec2(width, height))
 
 
-def _ticks(low: str, middle: str, high: str) -> None:
+def draw_ticks(low: str, middle: str, high: str) -> None:
+    """What a bar's ends and middle mean."""
     width, left = imgui.get_content_region_avail().x, imgui.get_cursor_pos_x()
     imgui.text_unformatted(low)
     imgui.same_line(left + (width - imgui.calc_text_size(middle).x) / 2)

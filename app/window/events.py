@@ -61,6 +61,7 @@ class Events:
         self._state.touched()
         if not pressed:
             self._state.pilot.release(name)
+        self._digest()  # a click just before may have ended what wanted the keyboard
         wanted = self._ui.wants_keyboard
         self._ui.key(name, pressed)
         self._digest()
@@ -109,6 +110,11 @@ class Events:
             state.look = replace(state.look, view=action.removeprefix("view "))
         elif action == "compare":
             state.look = replace(state.look, compare=not state.look.compare)
+        elif action == "heat":
+            state.look = replace(state.look, heat=not state.look.heat)
+        elif action == "survey":
+            opened = not (state.look.survey.open and state.look.panel)
+            state.look = replace(state.look, panel=True, survey=replace(state.look.survey, open=opened))
         elif action == "pause":
             self._pause()
         elif action == "help":

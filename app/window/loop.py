@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from imgui_bundle import imgui
+from imgui_bundle import imgui, implot
 from platformdirs import user_config_dir
 
 from ..camera import Viewpoint
@@ -30,6 +30,7 @@ from .requests import Requests
 from .stage import Stage
 from .state import State
 from .status import StatusLog
+from .surveyor import UI_S, Surveyor
 
 SETTLE_S = (
     0.2  # the picture is scaled until a new size has stood this long: drawing every step of a drag would stall it
@@ -90,10 +91,12 @@ class Window:
     ) -> None:
         self._desktop, self._status = desktop, status
         imgui.create_context()
+        implot.create_context()
         imgui.get_io().set_ini_filename(_ini_file())
         style.apply(desktop.density)
         self._state = State(look, Shown(device=device_name(desktop.ctx)), given)
         self._stage = Stage(desktop.ctx, self._on_progress)
+        self._surveyor = Surveyor(self._state, self._stage)
         self._panel = Panel()
         self._events = Events(desktop, self._state, self._stage, self._panel, self._digest)
         self._requests = Requests(self._state, self._stage, screenshots)
@@ -119,9 +122,11 @@ class Window:
     def release(self) -> None:
         """Free everything on the GPU and ImGui's context."""
         self._requests.advisor.stop()
+        self._surveyor.release()
         self._stage.release()
         self._presenter.release()
         self._imgui.release()
+        implot.destroy_context()
         imgui.destroy_context()
 
     def _turn(self) -> None:
@@ -136,8 +141,13 @@ class Window:
         self._settle_size(now)
         advising = self._requests.advisor.advance()
         changed, converging = self._stage.pending(state.look, state.camera, self._size, state.time_s)
-        if changed or (converging and not advising and now - state.last_input > QUIET_S):
+        if not changed and not advising and self._surveyor.turn(self._size, now, converging):
+            if now > state.awake_until and now - self._last_ui < UI_S:
+                self._desktop.pull_events()
+                return
+        elif changed or (converging and not advising and now - state.last_input > QUIET_S):
             self._draw_scene(now)
+            self._surveyor.drawn(time.perf_counter() - now)
         elif not advising and now > state.awake_until and now - self._last_ui < UI_REFRESH_S:
             self._desktop.rest()
             return
@@ -198,7 +208,7 @@ class Window:
         imgui.end_frame()
 
     def _show_pictures(self, buffer: tuple[int, int]) -> None:
-        textures = [side.texture for side in self._stage.sides if side.texture]
+        textures = [shown for side in self._stage.sides if (shown := self._surveyor.texture(side))]
         if textures:
             x, y, width, height = self._panel.picture(self._desktop.size)
             scale = buffer[0] / max(self._desktop.size[0], 1)
@@ -213,6 +223,7 @@ class Window:
 
     def _telling(self, now: float) -> Shown:
         stage, state = self._stage, self._state
+        survey, heat = self._surveyor.shown()
         return replace(
             state.shown,
             timing_source=stage.timing_source,
@@ -220,10 +231,12 @@ class Window:
             scene=stage.name,
             report=stage.scene.report if stage.scene else None,
             viewpoints=stage.viewpoints,
-            memory=stage.memory,
+            memory=stage.memory | self._surveyor.memory,
             speed=state.pilot.speed,
             motion=(state.playing, state.time_s) if stage.moves else None,
             message=state.shown.message if now < state.message_until else "",
+            survey=survey,
+            heat=heat,
         )
 
     def _title(self) -> str:
@@ -241,7 +254,7 @@ class Window:
             "drawn": bool(costs),
             "resting": all(cost.samples >= cost.limit for cost in costs),
         }
-        self._status.write({**own, **self._state.log_entry()})
+        self._status.write({**own, **self._state.log_entry(), **self._surveyor.log_entry(self._panel.cost.places)})
 
     def _fit_window(self, size: tuple[int, int]) -> None:
         """Make the picture, not the window, as large as asked for: a remembered panel may be wider than the first."""

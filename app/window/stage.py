@@ -70,6 +70,7 @@ class Stage:
     scene: Scene | None = None
     viewpoints: tuple[Viewpoint, ...] = ()
     sides: list[Side] = field(default_factory=list)
+    edition: int = 0  # grows with each scene and with each reading of the shaders
     _gpu_scene: GpuScene | None = None
 
     def load(self, name: str) -> None:
@@ -77,6 +78,7 @@ class Stage:
         scene, gpu_scene = load_gpu_scene(self.ctx, name, self.progress)
         old, self._gpu_scene = self._gpu_scene, gpu_scene
         self.scene, self.name = scene, name
+        self.edition += 1
         for side in self.sides:
             side.renderer.scene = gpu_scene
             side.renderer.reset()
@@ -88,6 +90,17 @@ class Stage:
         own = viewpoints(scene, (np.array(gpu_scene.facts.low), np.array(gpu_scene.facts.high)))
         # A file's framing camera is a makeshift: what lies beside it was chosen by a person.
         self.viewpoints = (*own, *beside) if scene.cameras else (*beside, *own)
+
+    def renderer(self, size: Size) -> Renderer:
+        """Another renderer of the scene, which belongs to the caller and draws whatever scene was last given to it."""
+        assert self._gpu_scene is not None, "load a scene first"
+        made = Renderer(self.ctx, self._gpu_scene, size, timing_source=self.timing_source or None)
+        made.progress_callback = self.progress
+        return made
+
+    @property
+    def gpu_scene(self) -> GpuScene | None:
+        return self._gpu_scene
 
     @property
     def moves(self) -> bool:
@@ -156,6 +169,7 @@ class Stage:
     def reload_shaders(self) -> str:
         """Re-read the shader files; the first error's text, or nothing."""
         errors = [side.renderer.reload_shaders() for side in self.sides]
+        self.edition += 1
         for side in self.sides:
             side.drawn = None
         return next((error for error in errors if error), "")
@@ -187,13 +201,10 @@ class Stage:
             self._gpu_scene = None
 
     def _provide(self, count: int, size: Size) -> None:
-        assert self._gpu_scene is not None, "load a scene first"
         while len(self.sides) > count:
             self.sides.pop().renderer.release()
         while len(self.sides) < count:
-            renderer = Renderer(self.ctx, self._gpu_scene, size, timing_source=self.timing_source or None)
-            renderer.progress_callback = self.progress
-            self.sides.append(Side(renderer))
+            self.sides.append(Side(self.renderer(size)))
 
 
 def value_range(values: np.ndarray, show: str) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 
 from app.camera import Camera
 from app.panel.input import UiInput
-from app.panel.model import Look, Request, Shown
+from app.panel.model import Look, Request, Shown, SurveyWish
 from app.window.events import Events
 from app.window.state import State
 
@@ -79,6 +79,24 @@ def test_a_key_that_imgui_wants_does_nothing_here_but_function_keys_work(
     assert not desktop.ended
     events.on_key("f1", True)
     assert state.look.help
+
+
+def test_a_key_right_after_a_click_on_the_panel_counts(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """ImGui wants the keyboard until it has worked through the click's release."""
+    events, state, _ = rig
+    behind = [True]
+    monkeypatch.setattr(UiInput, "wants_keyboard", property(lambda self: behind[0]))
+    monkeypatch.setattr(events, "_digest", lambda: behind.__setitem__(0, False))
+    events.on_key("h", True)
+    assert state.look.heat
+
+
+def test_m_opens_the_section_on_cost_wherever_the_panel_was(rig: Rig) -> None:
+    events, state, _ = rig
+    for panel, opened, after in ((True, False, True), (True, True, False), (False, True, True), (False, False, True)):
+        state.look = Look(panel=panel, survey=SurveyWish(open=opened))
+        events.on_key("m", True)
+        assert state.look == Look(survey=SurveyWish(open=after))
 
 
 def test_a_release_arrives_even_if_imgui_wants_the_keyboard_by_then(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
