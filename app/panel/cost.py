@@ -10,7 +10,7 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from ..measure.candidates import Candidate
-from ..measure.metrics import WHOLE, Errors
+from ..measure.metrics import WHOLE, Errors, has_flip
 from ..measure.quote import METRICS, Metric, Priced, independent, quoted, worth
 from ..measure.regions import REGIONS
 from ..measure.subject import applied
@@ -60,7 +60,7 @@ class CostSection:
         width = int(_choose("size", list(names), str(wish.width), names))
         _, dear = imgui.checkbox("with 8 to 64 traced samples a frame", wish.dear)
         imgui.set_item_tooltip("These take longest, by far")
-        return replace(wish, width=width, dear=dear)
+        return replace(wish, width=width, dear=dear, flip=self._metric == "flip")
 
     def _survey(self, look: Look, survey: SurveyShown, clock: str) -> Look:
         findings = survey.findings
@@ -70,7 +70,7 @@ class CostSection:
         floor = findings.floor[self._region]
         noise = float(getattr(floor, self._metric))
         if self._metric == "flip" and math.isnan(noise):
-            muted("FLIP is not installed: pip install 'hybrid-dof[metrics]'")
+            muted("FLIP comes next" if has_flip() else "FLIP is not installed: pip install 'hybrid-dof[metrics]'")
             return look
         if math.isnan(floor.rmse):
             muted("no pixel of this picture is in that region")
@@ -95,6 +95,8 @@ class CostSection:
         if found is None:
             return None
         figure, at_floor = quoted(found.errors[self._region], floor, self._metric)
+        if math.isnan(figure):  # FLIP follows later
+            return None
         return Mark(candidate, found, Priced(candidate.label, found.ms, figure, at_floor))
 
     def _heat(self, look: Look, heat: HeatShown | None) -> Look:

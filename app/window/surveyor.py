@@ -150,14 +150,6 @@ class Surveyor:
         if self._edition != stage.edition:
             self._edition, self._renderer.scene = stage.edition, stage.gpu_scene  # type: ignore[assignment]
             self._renderer.reload_shaders()
-        subject = Subject(
-            stage.gpu_scene,
-            stage.edition,
-            state.camera,
-            state.time_s,
-            look.view,
-            look.settings,
-            small,
-            look.survey.dear,
-        )
+        picture = stage.gpu_scene, stage.edition, state.camera, state.time_s, look.view, look.settings
+        subject = Subject(*picture, small, look.survey.dear, look.survey.flip)
         self._survey.aim(subject)
