@@ -167,8 +167,9 @@ def _advice(now: Priced, points: Sequence[Priced], metric: str) -> None:
     imgui.text_unformatted(f"On screen: {now.ms:.3g} ms, {figure_text(now.figure, metric, now.at_floor)}")
     imgui.push_text_wrap_pos(0.0)
     if cheaper and cheaper is not better:
+        gains = clearly_better(cheaper.figure, now.figure, metric)
         loses = clearly_better(now.figure, cheaper.figure, metric)
-        _offer(now, cheaper, "" if loses else ", as good", metric)
+        _offer(now, cheaper, ", and better" if gains else "" if loses else ", as good", metric)
     if better:
         _offer(now, better, "" if better.ms > now.ms else ", and better", metric)
     elif points:
