@@ -69,6 +69,18 @@ class ErrorSums:
         values = np.frombuffer(self._ring[(self._frame - 1 - age) % RING].read(), np.float32)
         return values.reshape(self._regions, -1, 4).sum(1, dtype=np.float64)
 
+    def sums_of(self, picture: NDArray[np.floating]) -> NDArray[np.float64]:
+        """(regions, 4) of a linear picture (h, w, 3), top row first. Waits for it; what was queued is forgotten."""
+        texels = np.dstack([picture, np.ones(picture.shape[:2])]).astype(np.float32)
+        uploaded = self._ctx.texture(self.size, 4, np.ascontiguousarray(texels[::-1]), dtype="f4")
+        self._frame = 0
+        self.queue(uploaded)
+        found = self.sums(age=0)
+        self._frame = 0
+        uploaded.release()
+        assert found is not None
+        return found
+
     def paint(self, picture: moderngl.Texture, low: float, high: float) -> moderngl.Texture:
         """Display values, bottom row first, of the displayed difference at each pixel; colours from `low` to `high`."""
         self._bind(self._heat, in_picture=picture, in_truth=self._truth, out_display=self._painted)

@@ -27,15 +27,17 @@ class LiveError:
     def __init__(self, ctx: Context) -> None:
         self._sums = ErrorSums(ctx, len(REGIONS))
         self._latest: dict[str, Errors] | None = None
+        self.floor: dict[str, Errors] | None = None  # of the reference (reference.py), without FLIP
 
     def set_reference(self, reference: Reference) -> None:
         """Compare with this from now on."""
         self._sums.set_truth(reference.picture, reference.labels)
         self._latest = None
+        self.floor = errors_of_sums(self._sums.sums_of(reference.halves[0]))
 
     def forget(self) -> None:
         """Compare with nothing until another reference is set."""
-        self._latest = None
+        self._latest = self.floor = None
         self._sums.forget()
 
     def update(self, renderer: Renderer) -> None:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from .candidates import front
 from .metrics import Errors
 
+CLEARLY = 0.01  # of an error: a smaller difference is not worth a word
+
 
 @dataclass(frozen=True)
 class Metric:
@@ -67,10 +69,16 @@ def independent(first: float, frames: float, metric: str) -> float:
     return first * frames ** (-0.5 * power) if power else first + 10.0 * math.log10(frames)
 
 
+def clearly_better(figure: float, than: float, metric: str) -> bool:
+    """Whether the error is smaller by CLEARLY or more."""
+    if METRICS[metric].rises:
+        return figure - than > -20.0 * math.log10(1.0 - CLEARLY)
+    return figure < than * (1.0 - CLEARLY) ** METRICS[metric].power
+
+
 def worth(now: Priced, points: Sequence[Priced], metric: str) -> tuple[Priced | None, Priced | None]:
     """(the cheapest that is better, the best that is cheaper) than what is shown now, of those worth having."""
     kept = best(points, metric)
-    shown = badness(now.figure, metric)
-    better = [p for p in kept if badness(p.figure, metric) < shown]
+    better = [p for p in kept if clearly_better(p.figure, now.figure, metric)]
     cheaper = [p for p in kept if p.ms < now.ms]
     return (better[0] if better else None), (cheaper[-1] if cheaper else None)

@@ -46,6 +46,7 @@ class Subject:
     settings: Settings
     size: tuple[int, int]  # px, of the survey
     dear: bool = False  # whether the dearest candidates are wanted
+    flip: bool = False  # whether FLIP is, too: it takes longer than a small frame
 
     @property
     def truth_key(self) -> Key:

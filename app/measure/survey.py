@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ POINTS = 128  # lens points of the reference: a second or two of small frames
 CURVE_FRAMES = 128  # of the view on screen, for its convergence
 SLICE_MS = 40.0  # of a traced frame's rows, where the GPU has no timer that could add slices up
 DEAR_SAMPLES = 4  # traced samples a frame above which a candidate takes seconds on a software rasteriser
+FLOOR_KEY = ("floor",)
 OWN = "now"  # the label of the view on screen
 
 
@@ -41,6 +42,7 @@ class Measured:
 
     ms: float  # median of a frame
     errors: Mapping[str, Errors]  # by region, the whole first
+    picture: NDArray[np.float32]  # (h, w, 3) linear radiance
     difference: NDArray[np.float32]  # (h, w) root mean square of the displayed channels' difference, 0 to 1
 
 
@@ -84,7 +86,9 @@ class Survey:
     _listed: list[tuple[Key, Candidate]] = field(default_factory=list)
     _wanted: set[Key] = field(default_factory=set)  # the keys of all work, done or not
     _reference: Reference | None = None
+    _floor: Mapping[str, Errors] | None = None
     _found: dict[Key, Measured] = field(default_factory=dict)
+    _flipped: set[Key] = field(default_factory=set)  # of what was found, that which has its FLIP
     _curve: list[tuple[int, Mapping[str, Errors]]] = field(default_factory=list)
     _curve_key: Key = ()
     _work: _Work | None = None
@@ -96,8 +100,9 @@ class Survey:
             return
         if before is None or subject.truth_key != before.truth_key:
             self._stop()
-            self._reference = None
+            self._reference = self._floor = None
             self._found.clear()
+            self._flipped.clear()
             self._curve.clear()
         if before is None or unvaried(subject.settings) != unvaried(self._base):
             self._base = subject.settings
@@ -133,7 +138,7 @@ class Survey:
             self._subject.size,
             tuple((c, self._found.get(key)) for key, c in self._listed),
             (self._own[1], self._found.get(self._own[0])) if self._own else None,
-            self._reference.floor if self._reference else None,
+            self._floor,
             tuple(self._curve),
             work.title if work else "",
             (done + work.part) / len(self._wanted) if work else 1.0,
@@ -147,11 +152,16 @@ class Survey:
         self._listed = [(key_of(c), c) for c in candidates(self._base, samples=samples)]
         of_own = (self._own[0], ("curve", *self._own[0])) if self._own else ()
         self._wanted = {("reference",), *of_own, *(key for key, _ in self._listed)}
+        if subject.flip and has_flip():
+            pictures = (FLOOR_KEY, *((self._own[0],) if self._own else ()), *(key for key, _ in self._listed))
+            self._wanted |= {("flip", *key) for key in pictures}
 
     def _has(self, key: Key) -> bool:
         """Whether a piece of work is done."""
         if key == ("reference",):
             return self._reference is not None
+        if key[0] == "flip":
+            return key in self._flipped
         return self._converged if key[0] == "curve" else key in self._found
 
     @property
@@ -171,10 +181,14 @@ class Survey:
             return None
         if self._reference is None:
             return _Work(("reference",), "the reference", self._refer(subject))
+        if (key := ("flip", *FLOOR_KEY)) in self._wanted and not self._has(key):
+            return _Work(key, "FLIP of the reference", self._flip(key, self._reference))
         for key, candidate in (*((self._own,) if self._own else ()), *self._listed):
             if key not in self._found:
                 title = f"{candidate.view} as it is now" if candidate.label == OWN else candidate.label
                 return _Work(key, title, self._measure(candidate, subject, self._reference))
+            if (flip := ("flip", *key)) in self._wanted and not self._has(flip):
+                return _Work(flip, f"FLIP of {candidate.label}", self._flip(flip, self._reference))
         if self._own and not self._converged:
             key, own = self._own
             return _Work(("curve", *key), "convergence", self._converge(own, subject, self._reference))
@@ -188,6 +202,7 @@ class Survey:
                 done = next(steps)
             except StopIteration as end:
                 self._reference = end.value
+                self._floor = end.value.errors(end.value.halves[0], flip=False)
                 return
             self.ctx.finish()
             yield done
@@ -208,8 +223,18 @@ class Survey:
         timed = frame_sums(profiler.samples_ms()) if by_query else wall_ms[WARM_UP:]
         picture = self.renderer.linear()
         difference = np.sqrt(squared_errors(picture, truth.picture)[2]).astype(np.float32)
-        errors = truth.errors(picture, flip=has_flip())
-        self._found[key_of(candidate)] = Measured(float(np.median(timed)), errors, difference)
+        errors = truth.errors(picture, flip=False)
+        self._found[key_of(candidate)] = Measured(float(np.median(timed)), errors, picture, difference)
+
+    def _flip(self, key: Key, truth: Reference) -> Generator[float, None, None]:
+        """Add FLIP to what was measured: one slice, longer than others."""
+        yield 0.0
+        if key[1:] == FLOOR_KEY:
+            self._floor = truth.floor
+        else:
+            found = self._found[key[1:]]
+            self._found[key[1:]] = replace(found, errors=truth.errors(found.picture))
+        self._flipped.add(key)
 
     def _converge(self, own: Candidate, subject: Subject, truth: Reference) -> Generator[float, None, None]:
         """Measure at frame numbers that are some 12 % apart: as many as a logarithmic axis can tell apart."""

@@ -10,8 +10,8 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from ..measure.candidates import Candidate
-from ..measure.metrics import WHOLE, Errors
-from ..measure.quote import METRICS, Metric, Priced, independent, quoted, worth
+from ..measure.metrics import WHOLE, Errors, has_flip
+from ..measure.quote import METRICS, Metric, Priced, clearly_better, independent, quoted, worth
 from ..measure.regions import REGIONS
 from ..measure.subject import applied
 from ..measure.survey import FRAMES, Findings, Measured
@@ -60,7 +60,7 @@ class CostSection:
         width = int(_choose("size", list(names), str(wish.width), names))
         _, dear = imgui.checkbox("with 8 to 64 traced samples a frame", wish.dear)
         imgui.set_item_tooltip("These take longest, by far")
-        return replace(wish, width=width, dear=dear)
+        return replace(wish, width=width, dear=dear, flip=self._metric == "flip")
 
     def _survey(self, look: Look, survey: SurveyShown, clock: str) -> Look:
         findings = survey.findings
@@ -70,7 +70,7 @@ class CostSection:
         floor = findings.floor[self._region]
         noise = float(getattr(floor, self._metric))
         if self._metric == "flip" and math.isnan(noise):
-            muted("FLIP is not installed: pip install 'hybrid-dof[metrics]'")
+            muted("FLIP comes next" if has_flip() else "FLIP is not installed: pip install 'hybrid-dof[metrics]'")
             return look
         if math.isnan(floor.rmse):
             muted("no pixel of this picture is in that region")
@@ -95,6 +95,8 @@ class CostSection:
         if found is None:
             return None
         figure, at_floor = quoted(found.errors[self._region], floor, self._metric)
+        if math.isnan(figure):  # FLIP follows later
+            return None
         return Mark(candidate, found, Priced(candidate.label, found.ms, figure, at_floor))
 
     def _heat(self, look: Look, heat: HeatShown | None) -> Look:
@@ -149,12 +151,12 @@ def _slope(metric: Metric) -> str:
 def _progress(survey: SurveyShown) -> None:
     findings = survey.findings
     if survey.plays:
-        muted("The scene moves: press P, and what stands still is measured. Below is what was before.")
+        muted("The scene moves: press P, and it is measured as it stands then.")
     elif survey.moving:
         muted("Measured again when the camera stands still.")
     elif findings.doing:
         imgui.progress_bar(findings.part, imgui.ImVec2(-1.0, 0.0), f"measuring {findings.doing}")
-    else:
+    elif findings.points:
         found = f"{findings.measured} ways measured at {findings.size[0]} x {findings.size[1]} px"
         imgui.text_unformatted(found)
 
@@ -165,15 +167,19 @@ def _advice(now: Priced, points: Sequence[Priced], metric: str) -> None:
     imgui.text_unformatted(f"On screen: {now.ms:.3g} ms, {figure_text(now.figure, metric, now.at_floor)}")
     imgui.push_text_wrap_pos(0.0)
     if cheaper and cheaper is not better:
-        gain = figure_text(cheaper.figure, metric, cheaper.at_floor)
-        imgui.text_unformatted(f"For {now.ms - cheaper.ms:.3g} ms less: {cheaper.label}, {gain}")
+        gains = clearly_better(cheaper.figure, now.figure, metric)
+        loses = clearly_better(now.figure, cheaper.figure, metric)
+        _offer(now, cheaper, ", and better" if gains else "" if loses else ", as good", metric)
     if better:
-        more = better.ms - now.ms
-        price = f"For {more:.3g} ms more" if more > 0.0 else f"For {-more:.3g} ms less, and better"
-        imgui.text_unformatted(f"{price}: {better.label}, {figure_text(better.figure, metric, better.at_floor)}")
+        _offer(now, better, "" if better.ms > now.ms else ", and better", metric)
     elif points:
         imgui.text_unformatted("Nothing measured here is better.")
     imgui.pop_text_wrap_pos()
+
+
+def _offer(now: Priced, other: Priced, remark: str, metric: str) -> None:
+    price = f"{abs(other.ms - now.ms):.3g} ms {'more' if other.ms > now.ms else 'less'}{remark}"
+    imgui.text_unformatted(f"For {price}: {other.label}, {figure_text(other.figure, metric, other.at_floor)}")
 
 
 def _choose(

@@ -37,6 +37,7 @@ class SurveyWish:
 
     open: bool = False  # the panel's section: nothing is measured while it is closed
     dear: bool = False  # with the candidates that take longest
+    flip: bool = False  # with FLIP
     width: int = 160  # px, of the pictures that are measured
 
 

@@ -40,7 +40,8 @@ def draw_overlays(look: Look, shown: Shown, picture: Rect) -> None:
     if look.compare and look.panel:
         _side_names(look, picture)
     if shown.heat:
-        _heat_scale(shown.heat, picture)
+        below = 2.2 * imgui.get_font_size() if look.compare and look.panel else 0.0  # the names of the sides
+        _heat_scale(shown.heat, (picture[0], picture[1] + below, *picture[2:]))
     if look.help:
         _help(picture)
     if shown.loading:

@@ -78,9 +78,10 @@ class Heat:
         """What the panel tells of it and of this side's picture."""
         low, high = settings.overlay.range_low, settings.overlay.range_high
         ends = (low, high) if low != high else HEAT_RANGE
-        floor = self._reference.floor if self._reference else None
         ready = self._reference is not None and side is not None and side.view in VIEWS and self._fits(side)
-        return HeatShown(ready, self._part if self.busy else 0.0, ends, self._live.latest if ready else None, floor)
+        return HeatShown(
+            ready, self._part if self.busy else 0.0, ends, self._live.latest if ready else None, self._live.floor
+        )
 
     def release(self) -> None:
         self._stop()

@@ -12,7 +12,7 @@ import moderngl
 from ..errors import UserError
 from ..gpu.context import is_software
 from ..measure.subject import Subject, survey_size
-from ..measure.survey import Survey
+from ..measure.survey import Findings, Survey
 from ..panel.model import HeatShown, SurveyShown
 from ..renderer import Renderer
 from .heat import Heat
@@ -66,10 +66,11 @@ class Surveyor:
         look = self._state.look
         sides = self._stage.sides
         heat = self._heat.shown(sides[0] if sides else None, look.settings) if self._heat and look.heat else None
-        if self._survey is None or not look.survey.open:
+        if not look.survey.open:
             return None, heat
         moving = self._state.pilot.active or (self._stage.moves and self._state.playing)
-        return SurveyShown(self._survey.findings(), moving, self._state.playing and self._stage.moves), heat
+        findings = self._survey.findings() if self._survey else Findings()
+        return SurveyShown(findings, moving, self._state.playing and self._stage.moves), heat
 
     def log_entry(self, places: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
         """What the status log holds of it; `places` are the plot's marks on the window."""
@@ -150,14 +151,6 @@ class Surveyor:
         if self._edition != stage.edition:
             self._edition, self._renderer.scene = stage.edition, stage.gpu_scene  # type: ignore[assignment]
             self._renderer.reload_shaders()
-        subject = Subject(
-            stage.gpu_scene,
-            stage.edition,
-            state.camera,
-            state.time_s,
-            look.view,
-            look.settings,
-            small,
-            look.survey.dear,
-        )
+        picture = stage.gpu_scene, stage.edition, state.camera, state.time_s, look.view, look.settings
+        subject = Subject(*picture, small, look.survey.dear, look.survey.flip)
         self._survey.aim(subject)

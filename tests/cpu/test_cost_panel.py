@@ -45,7 +45,9 @@ def found(index: int) -> Measured:
     """The dearer, the better; no two at one place."""
     error = 0.4 * 0.7**index
     of = Errors(error, error**2, -20 * math.log10(error), error)
-    return Measured(3.0 * 1.5**index, regions(of), np.full((9, 16), error, np.float32))
+    return Measured(
+        3.0 * 1.5**index, regions(of), np.zeros((9, 16, 3), np.float32), np.full((9, 16), error, np.float32)
+    )
 
 
 def told(measured: int, floor: Errors | None = FLOOR) -> Shown:
@@ -78,7 +80,8 @@ def test_every_figure_and_region_draws(ui: imgui.IO, metric: str) -> None:
     panel = Panel()
     for region in AREAS:
         panel.cost._metric, panel.cost._region = metric, region
-        assert frame(panel, OPEN, told(14))[0] == OPEN
+        wanted = replace(OPEN, survey=replace(OPEN.survey, flip=metric == "flip"))
+        assert frame(panel, OPEN, told(14))[0] == wanted
         assert len(panel.cost.places) == 15
         nowhere = Errors(math.nan, math.nan, math.nan, math.nan)
         frame(panel, OPEN, told(14, nowhere))

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from app.measure.metrics import Errors, rmse
-from app.measure.quote import METRICS, Priced, badness, best, independent, quoted, worth
+from app.measure.quote import METRICS, Priced, badness, best, clearly_better, independent, quoted, worth
 
 FLOOR = Errors(rmse=0.01, relative_mse=0.001, psnr=40.0, flip=0.02)
 
@@ -45,3 +45,12 @@ def test_what_time_buys_is_told_from_those_worth_having() -> None:
     assert worth(waste, points, "psnr") == (post, post)  # cheaper and better at once
     assert worth(sharp, points, "psnr") == (post, None)
     assert worth(traced, points, "psnr") == (None, hybrid)
+    assert worth(Priced("now", 8.5, 27.99), points, "psnr") == (traced, hybrid), "a hundredth of a decibel is no gain"
+
+
+@pytest.mark.parametrize("metric", METRICS)
+def test_a_hundredth_of_the_error_is_the_least_that_counts(metric: str) -> None:
+    of = [Errors(e, e * e, -20 * math.log10(e), e) for e in (0.1, 0.0995, 0.0985)]
+    base, less, better = (float(getattr(e, metric)) for e in of)
+    assert not clearly_better(less, base, metric)
+    assert clearly_better(better, base, metric)

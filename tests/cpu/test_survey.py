@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
@@ -192,6 +193,31 @@ def test_the_dear_ones_are_added_when_they_are_wanted(survey: Survey, renderer: 
     finish(survey)
     assert set(renderer.drawn) == {"traced"}
     assert [c.label for c, _ in survey.findings().points][-1] == "traced, 64 spp"
+
+
+def test_flip_is_measured_only_when_it_is_wanted_and_from_the_pictures_there_are(
+    survey: Survey, renderer: FakeRenderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "has_flip", lambda: True)
+    monkeypatch.setattr("app.measure.metrics._flip_evaluator", lambda: SimpleNamespace(evaluate=flip_like))
+    survey.aim(SUBJECT)
+    finish(survey)
+    assert all(math.isnan(m.errors["whole"].flip) for _, m in survey.findings().points if m)
+    renderer.drawn.clear()
+    survey.aim(replace(SUBJECT, flip=True))
+    assert survey.findings().doing == "FLIP of the reference"
+    finish(survey)
+    findings = survey.findings()
+    assert findings.floor is not None
+    assert findings.floor["whole"].flip == 0.25
+    assert [m.errors["whole"].flip for _, m in findings.points if m] == [0.25] * len(findings.points)
+    assert renderer.drawn == []
+    survey.aim(SUBJECT)
+    assert survey.done
+
+
+def flip_like(reference: np.ndarray, picture: np.ndarray, kind: str, applyMagma: bool) -> tuple[np.ndarray]:
+    return (np.full((*reference.shape[:2], 1), 0.25),)
 
 
 def test_work_goes_on_unless_a_change_concerns_it(survey: Survey, renderer: FakeRenderer) -> None:

@@ -118,6 +118,8 @@ def test_the_error_of_a_view_is_read_off_its_own_picture(ctx, stage: Stage, trut
         live.update(renderer)
         assert (live.latest is not None) == (number >= RING), "a figure that is not late would have been waited for"
     assert_close(live.finish(), truth.errors(renderer.linear(), flip=False), tolerance(SIZE[0]))
+    assert live.floor is not None
+    assert_close(live.floor, truth.errors(truth.halves[0], flip=False), tolerance(SIZE[0]))
     live.release()
 
 
