@@ -37,7 +37,8 @@ def candidates(
 
 
 def _hybrid(settings: Settings, rays: float) -> Candidate:
-    return Candidate(f"hybrid, {rays:g} rays", "hybrid", with_budget(settings, rays))
+    unit = "ray" if rays == 1 else "rays"
+    return Candidate(f"hybrid, {rays:g} {unit}", "hybrid", with_budget(settings, rays))
 
 
 def with_budget(settings: Settings, rays: float) -> Settings:
