@@ -101,7 +101,7 @@ class CostPlot:
 
     def _tooltip(self, mark: Mark, metric: str) -> None:
         imgui.begin_tooltip()
-        imgui.text_colored(COLORS[mark.candidate.view], f"{mark.candidate.view}: {mark.candidate.label}")
+        imgui.text_colored(COLORS[mark.candidate.view], mark.candidate.label)
         imgui.text_unformatted(f"{mark.priced.ms:.3g} ms, {_figure(mark.priced, metric)}")
         imgui.text_colored(style.MUTED, "Click to see it. Where it is wrong:")
         self._thumbnail(mark.measured.difference)
