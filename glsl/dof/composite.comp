@@ -1,8 +1,8 @@
 // Lays the traced near layer over what lies behind it, and leaves everything outside the ray mask to the post-process.
 // Reads: lit (radiance), coc (px), post (radiance; a: specular luminance of its near layer), full resolution; far_blur
 //   (radiance; a: validity), mask (y: weight of rays), near_smooth, far_smooth (premultiplied; a: share of light) or,
-//   without spatial reconstruction, near_light, far_light (likewise; both 0 where nothing is held), layer_state (z: hit
-//   ratio), half resolution.
+//   without spatial reconstruction, near_light, far_light (likewise), layer_state (z: hit ratio; w: 0 where nothing is
+//   held), half resolution.
 // Writes: hybrid (radiance; a: share of the traced near layer, which moves otherwise than the surface behind it), full
 //   resolution.
 // Method: poster, 2.3. Inside the mask, near + (1 - hit ratio) * behind. Behind is the sharp raster image where that
@@ -58,8 +58,9 @@ Traced traced_at(vec2 half_position) {
     float weight = 0.0, ratio = 0.0, held = 0.0;
     for (int i = 0; i < 16; i++) {
         ivec2 step = ivec2(i % 4, i / 4) - 1, texel = clamp(corner + step, ivec2(0), last);
+        vec4 state = texelFetch(in_layer_state, texel, 0);
+        if (state.w == 0.0) continue;
         vec4 near_there = texelFetch(NEAR, texel, 0), far_there = texelFetch(FAR, texel, 0);
-        if (near_there.a + far_there.a == 0.0) continue;  // where anything is held, the two add to 1
         vec2 away = abs(f - vec2(step));
         float linear = max(1.0 - away.x, 0.0) * max(1.0 - away.y, 0.0);
         float cubic = mix(linear, catmull_rom(away.x) * catmull_rom(away.y), SHARPNESS);
@@ -67,7 +68,7 @@ Traced traced_at(vec2 half_position) {
         far += cubic * far_there;
         weight += cubic;
         if (linear == 0.0) continue;
-        ratio += linear * texelFetch(in_layer_state, texel, 0).z;
+        ratio += linear * state.z;
         held += linear;
         near_low = min(near_low, near_there);
         near_high = max(near_high, near_there);
