@@ -108,6 +108,8 @@ def tune(options: argparse.Namespace) -> int:
 
 def _driven(tuning: Tuning) -> Advice:
     """Run it to its end, a line for each candidate, what it may still take on a terminal."""
+    from .measure.bench_progress import duration
+
     steps = tuning.run()
     stage = "search"
     while True:
@@ -122,7 +124,7 @@ def _driven(tuning: Tuning) -> Advice:
                 print("measured again with another seed and more frames; the worse error counts:")
             print(_row(progress, progress.figures), flush=True)
         else:
-            left = "" if math.isnan(progress.left_s) else f", at most {_duration(progress.left_s)} left"
+            left = "" if math.isnan(progress.left_s) else f", at most {duration(progress.left_s)} left"
             _progress_line(f"{progress.stage}: {progress.done} of at most {progress.most} candidates{left}")
 
 
@@ -198,10 +200,6 @@ def _checked(text: str) -> Path:
     if path.is_dir():
         raise UserError(f"-o {path} is a folder; name a file")
     return path
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 100.0 else f"{seconds / 60.0:.0f} min"
 
 
 def _progress_line(text: str) -> None:

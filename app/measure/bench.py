@@ -18,6 +18,7 @@ from ..camera import Camera, camera_values
 from ..gpu.context import Context
 from ..renderer import Renderer
 from ..settings import Settings, plain, put, to_dict, walk
+from . import quote
 from .candidates import RAYS, RINGS, SAMPLES, Candidate, candidates
 from .metrics import WHOLE, Errors
 from .reference import TRACE_BATCH, Progress, Reference
@@ -27,7 +28,7 @@ from .timing import FrameTimes, Times, time_view
 Values = dict[str, Any]
 
 VIEWS = ("sharp", "post", "hybrid", "traced")
-METRICS = ("rmse", "relative_mse", "psnr", "flip")
+METRICS = tuple(quote.METRICS)
 ALL_REGIONS = (WHOLE, *REGIONS)
 VARIED = {"post": "post.rings", "hybrid": "rays.budget", "traced": "rays.samples_per_frame"}  # by view
 
@@ -164,10 +165,9 @@ def not_below(errors: Errors, floor: Errors) -> Values:
     """Errors of which none is better than the floor, and which are at it: smaller ones mean nothing."""
     values, at_floor = asdict(errors), []
     for name in METRICS:
-        value, limit = values[name], getattr(floor, name)
-        reached = value >= limit if name == "psnr" else value <= limit
-        if reached and 0.0 < limit < math.inf:
-            values[name] = limit
+        figure, reached = quote.quoted(errors, floor, name)
+        if reached and 0.0 < figure < math.inf:  # a reference without noise has no floor
+            values[name] = figure
             at_floor.append(name)
     return {**_finite(values), "at_floor": at_floor}
 
