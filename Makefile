@@ -1,11 +1,12 @@
 # make run       set up, then open the demo; ARGS="scene.glb --view traced" are passed on
 # make test      set up, then ruff, mypy and every test; ARGS="-k bvh" go to pytest
 # make lint      ruff and mypy alone             make wheel   build dist/*.whl
+# make soak      the tests with a long form, in that form: hours; ARGS="-k bvh" as above
 # make shots     draw the pictures in screenshots/ again: they are the README's and the golden tests' alike
 # make clean     remove everything that was built
 RUN := .venv/bin/python -m
 
-.PHONY: run test lint pytest shots approve wheel clean setup setup-dev
+.PHONY: run test lint pytest soak shots approve wheel clean setup setup-dev
 
 run: setup
 	@$(RUN) app $(ARGS)
@@ -18,6 +19,9 @@ lint: setup-dev
 
 pytest: setup-dev
 	$(RUN) pytest $(ARGS)
+
+soak: setup-dev
+	$(RUN) pytest --soak $(ARGS)
 
 shots approve: setup-dev
 	$(RUN) tests.image.approve $(ARGS)

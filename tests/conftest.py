@@ -10,7 +10,26 @@ import pytest
 
 os.environ.setdefault("HYBRID_DOF_CACHE", str(Path(__file__).parent / ".cache"))
 
+SOAK_TIMEOUT_S = 6 * 3600
 SHARED_SCENES = Path(__file__).parents[2] / "shared" / "scenes"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--soak", action="store_true", help="run the tests that have a long form, in their long form")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """`--soak` selects the tests that ask for `soak`."""
+    if config.getoption("--soak"):
+        items[:] = [item for item in items if "soak" in getattr(item, "fixturenames", ())]
+        for item in items:
+            item.add_marker(pytest.mark.timeout(SOAK_TIMEOUT_S))
+
+
+@pytest.fixture(scope="session")
+def soak(request: pytest.FixtureRequest) -> bool:
+    """Whether to run for long (`make soak`): a test picks its count by it, and checks the same in both forms."""
+    return bool(request.config.getoption("--soak"))
 
 
 @pytest.fixture(scope="session")
