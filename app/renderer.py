@@ -16,6 +16,7 @@ from .frame.records import Call, FramePlan
 from .frame.targets import TARGETS
 from .gpu.bind import bind
 from .gpu.frame_block import FrameInputs, frame_block
+from .gpu.health import Health
 from .gpu.layout import FRAME
 from .gpu.programs import Programs, check_names
 from .gpu.scene import GpuScene
@@ -42,6 +43,7 @@ class Renderer:
         self._programs = Programs(ctx)
         self._frame_buffer = ctx.buffer(reserve=FRAME.itemsize)
         self.profiler = Profiler(ctx, timing_source)
+        self.health = Health(ctx)
         self.plan: FramePlan | None = None
         self._plan_key: object = None
         self._drawn_plan: FramePlan | None = None
@@ -83,6 +85,7 @@ class Renderer:
         if any(dict(call.defines).get("SHADOWS") for call in plan.calls):
             self.scene.update_shadow()
         self._frame_buffer.write(frame_block(inputs).tobytes())
+        self.health.begin_frame(plan)
         for name in {b for call in plan.calls for b in call.step.fills}:
             self._targets.begin_buffer(name)
         for name in {t for call in plan.calls for t in call.writes if TARGETS[t].cleared}:
@@ -92,6 +95,7 @@ class Renderer:
             with self.profiler.scope(call.step.name):
                 self._run(call, inputs)
             self._ctx.memory_barrier()
+            self.health.after(call, self._targets)
             if slice_begin:
                 rows = (inputs.rows[1] - inputs.rows[0]) * settings.rays.samples_per_frame
                 self._progress.learn(rows, self._clock() - slice_begin)
@@ -171,6 +175,7 @@ class Renderer:
     def release(self) -> None:
         self._targets.release()
         self._programs.release()
+        self.health.release()
         self._frame_buffer.release()
 
     # -- one frame -----------------------------------------------------------------------------------------------------

@@ -30,6 +30,7 @@ class Target:
     scale: int = 1
     fixed: tuple[int, int] | None = None  # (width, height) in texels, whatever the picture's size
     history: bool = False
+    signed: str = ""  # those of its components xyzw that may be negative
     cleared: bool = False  # zeroed before each frame that writes it: passes that write only parts of it leave no past
     filter: Literal["nearest", "linear"] = "linear"
     show: Show = "color"  # how the target viewer paints it

@@ -10,6 +10,7 @@
 // almost all rays hit near. Bright specular bokeh of near surfaces stays the post-process'. The mask's feather hides
 // its edge.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/catmull_rom.glsl"
 #include "lib/coc.glsl"
 #include "lib/hit_layers.glsl"
@@ -58,9 +59,9 @@ Traced traced_at(vec2 half_position) {
     float weight = 0.0, ratio = 0.0, held = 0.0;
     for (int i = 0; i < 16; i++) {
         ivec2 step = ivec2(i % 4, i / 4) - 1, texel = clamp(corner + step, ivec2(0), last);
-        vec4 state = texelFetch(in_layer_state, texel, 0);
+        vec4 state = fetch_finite(in_layer_state, texel);
         if (state.w == 0.0) continue;
-        vec4 near_there = texelFetch(NEAR, texel, 0), far_there = texelFetch(FAR, texel, 0);
+        vec4 near_there = fetch_finite(NEAR, texel), far_there = fetch_finite(FAR, texel);
         vec2 away = abs(f - vec2(step));
         float linear = max(1.0 - away.x, 0.0) * max(1.0 - away.y, 0.0);
         float cubic = mix(linear, catmull_rom(away.x) * catmull_rom(away.y), SHARPNESS);
@@ -85,9 +86,9 @@ Traced traced_at(vec2 half_position) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, imageSize(out_hybrid)))) return;
-    vec4 post = texelFetch(in_post, pixel, 0);
+    vec4 post = fetch_light(in_post, pixel);
     vec2 half_position = 0.5 * (vec2(pixel) + 0.5), uv = half_position / vec2(textureSize(in_mask, 0));
-    float feather = textureLod(in_mask, uv, 0.0).y;
+    float feather = finite_radiance(textureLod(in_mask, uv, 0.0)).y;
     Traced traced = Traced(vec4(0.0), vec4(0.0), 0.0, 0.0);
     if (feather > 0.0) traced = traced_at(half_position);
     if (traced.held == 0.0) {
@@ -95,14 +96,14 @@ void main() {
         return;
     }
     // Weights come from accumulated values only: the picture is linear in this frame's rays, and its mean unbiased.
-    vec4 post_far = textureLod(in_far_blur, uv, 0.0);
+    vec4 post_far = finite_radiance(textureLod(in_far_blur, uv, 0.0));
     float open = 1.0 - traced.near.a;
     float filtered = post_far_share(traced.ratio, frame.blend_hit_ratio) * post_far.a;
-    float coc = texelFetch(in_coc, pixel, 0).r;
+    float coc = fetch_finite(in_coc, pixel).r;
     float rasterised = float(RASTER_FOCUS) * raster_share(coc, IN_FOCUS_COC_PX, frame.focus_blend);
     vec3 behind = mix(traced.far.rgb, open * post_far.rgb, filtered);
-    behind = mix(behind, open * texelFetch(in_post_behind, pixel, 0).rgb, rasterised);
+    behind = mix(behind, open * fetch_light(in_post_behind, pixel).rgb, rasterised);
     float rays = feather * (1.0 - post_near_share(post.a, frame.blend_specular));
     vec3 color = mix(post.rgb, traced.near.rgb + behind, rays);
-    imageStore(out_hybrid, pixel, vec4(color, rays * clamp(traced.near.a, 0.0, 1.0)));
+    imageStore(out_hybrid, pixel, within_half(vec4(color, rays * clamp(traced.near.a, 0.0, 1.0))));
 }

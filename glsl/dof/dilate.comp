@@ -6,6 +6,7 @@
 // any of the CoCs it replaced, and it really does reach there: the square is a product of intervals. So two
 // one-dimensional passes equal the two-dimensional search.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/tile_reach.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -23,13 +24,13 @@ const ivec2 STEP = ivec2(0, 1);
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy), size = imageSize(OUT);
     if (any(greaterThanEqual(tile, size))) return;
-    vec2 extent = texelFetch(in_extent, tile, 0).xy;
+    vec2 extent = fetch_finite(in_extent, tile).xy;
     int farthest = tile_reach(frame.max_coc_px);
     for (int distance = 1; distance <= farthest; distance++) {
         for (int side = -1; side <= 1; side += 2) {
             ivec2 there = tile + side * distance * STEP;
             if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, size))) continue;
-            vec2 other = texelFetch(in_extent, there, 0).xy;
+            vec2 other = fetch_finite(in_extent, there).xy;
             if (tile_reach(-other.x) >= distance) extent.x = min(extent.x, other.x);
             if (tile_reach(other.y) >= distance) extent.y = max(extent.y, other.y);
         }

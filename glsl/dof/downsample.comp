@@ -7,6 +7,7 @@
 // pixel has stood for its block once, so thin features keep their share of the picture, where choosing the nearest
 // would grow them and choosing the farthest would erase them.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/splat.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -25,8 +26,8 @@ void main() {
     float coc[4];
     for (int i = 0; i < 4; i++) {
         ivec2 pixel = min(2 * texel + ivec2(i & 1, i >> 1), last);
-        color[i] = finite_radiance(texelFetch(in_lit, pixel, 0));
-        coc[i] = gathered_coc(texelFetch(in_coc, pixel, 0).r, frame.max_coc_px);
+        color[i] = fetch_light(in_lit, pixel);
+        coc[i] = gathered_coc(fetch_finite(in_coc, pixel).r, frame.max_coc_px);
     }
     const uint DIAGONALS_FIRST[4] = uint[4](0u, 3u, 1u, 2u);  // two frames already see both columns and both rows
     // One step further every four frames: the first coordinate of the sub-pixel jitter (R2, 0.7549 a frame) repeats

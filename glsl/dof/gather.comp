@@ -9,6 +9,7 @@
 // right for every CoC under one kernel. (2) A sample shows with the CoC of the nearer of itself and the receiving
 // texel, which draws the silhouette between them (lib/splat.glsl).
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "dof/layers.glsl"
 #include "dof/taps.glsl"
 
@@ -59,7 +60,7 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n, Opening opening) {
         for (int i = ring.first; i < ring.end; i++) {
             Tap place = tap_at(i, ring, opening);
             ivec2 there = tap_texel(texel, place, 1.0, -nearest, radius, opening);
-            vec4 tap = texelFetch(in_prefiltered, there, 0);
+            vec4 tap = fetch_sample(in_prefiltered, there);
             float share = near_layer_share(tap.a), front = fore_share(tap.a, nearest, frame.layer_fade_px);
             float light = share * tap_light(splat_px2(silhouette_px(own.a, tap.a), opening), ring, place, opening);
             vec4 color = vec4(tap.rgb, 1.0);
@@ -67,7 +68,7 @@ Near gather_near(ivec2 texel, vec4 own, float nearest, int n, Opening opening) {
             middle += light * (1.0 - front) * color;
             behind += (1.0 - share) * (tap_light(splat_px2(tap.a, opening), ring, place, opening) + guess) * color;
 #if HAS_NEAR_SPECULAR
-            specular += light * vec2(front, 1.0 - front) * texelFetch(in_half_specular, there, 0).r;
+            specular += light * vec2(front, 1.0 - front) * fetch_light(in_half_specular, there).r;
 #endif
         }
     }
@@ -84,7 +85,7 @@ vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
         Ring ring = ring_at(turned_kernel(n), k, radius, opening);
         for (int i = ring.first; i < ring.end; i++) {
             Tap place = tap_at(i, ring, opening);
-            vec4 tap = texelFetch(in_prefiltered, tap_texel(texel, place, -1.0, own.a, radius, opening), 0);
+            vec4 tap = fetch_sample(in_prefiltered, tap_texel(texel, place, -1.0, own.a, radius, opening));
             float light = tap_light(splat_px2(silhouette_px(own.a, tap.a), opening), ring, place, opening);
             light *= 1.0 - near_layer_share(tap.a);
             float front = fore_share(tap.a, own.a - frame.layer_fade_px, frame.layer_fade_px);
@@ -98,8 +99,8 @@ vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
     last = imageSize(out_near_gather) - 1;
-    vec2 reach = texelFetch(in_tiles_dilated, ivec2(gl_WorkGroupID.xy), 0).xy;
-    vec4 own = texelFetch(in_prefiltered, texel, 0);
+    vec2 reach = fetch_finite(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)).xy;
+    vec4 own = fetch_sample(in_prefiltered, texel);
 
     if (any(greaterThan(texel, last))) return;
     Opening opening = opening_at(2.0 * (vec2(texel) + 0.5));

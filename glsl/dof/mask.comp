@@ -10,6 +10,7 @@
 // of the rays from the moments accumulated so far (Schied et al. 2017), of the pixels around; a pixel without history
 // gets all it can. Counts are integers, so that they come out the same in any order.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -37,17 +38,17 @@ float deviation_at(ivec2 p) {
     if (frame.history_valid == 0u) return -1.0;
     ivec2 last = textureSize(prev_layer_state, 0) - 1, from = p;
 #if HAS_MOTION
-    from -= ivec2(round(0.5 * texelFetch(in_motion, min(2 * p, ivec2(frame.size_px) - 1), 0).xy));
+    from -= ivec2(round(0.5 * fetch_finite(in_motion, min(2 * p, ivec2(frame.size_px) - 1)).xy));
 #endif
     if (any(lessThan(from, ivec2(0))) || any(greaterThan(from, last))) return -1.0;
-    if (texelFetch(prev_layer_state, from, 0).w == 0.0) return -1.0;
+    if (fetch_finite(prev_layer_state, from).w == 0.0) return -1.0;
     vec4 moments = vec4(0.0);
     float rays = 0.0;
     for (int i = 0; i < 9; i++) {
         ivec2 offset = ivec2(i % 3, i / 3) - 1, there = clamp(from + offset, ivec2(0), last);
-        vec4 state = texelFetch(prev_layer_state, there, 0);
+        vec4 state = fetch_finite(prev_layer_state, there);
         float weight = offset == ivec2(0) ? 0.0 : min(state.x, state.y);
-        moments += weight * texelFetch(prev_layer_moments, there, 0);
+        moments += weight * fetch_finite(prev_layer_moments, there);
         rays += weight;
     }
     return rays > 0.0 ? light_deviation(moments / rays) : -1.0;
@@ -62,7 +63,7 @@ float scouted(ivec2 p) {
     for (int i = 0; i < 9; i++) {
         ivec2 step = ivec2(i % 3, i / 3) - 1;
         vec2 side = 0.5 + vec2(step) * f, weight = mix(0.5 * side * side, 0.75 - f * f, equal(step, ivec2(0)));
-        found += weight.x * weight.y * texelFetch(in_scout, clamp(tile + step, ivec2(0), last), 0).x;
+        found += weight.x * weight.y * fetch_finite(in_scout, clamp(tile + step, ivec2(0), last)).x;
     }
 #endif
     return scouted_share(found);
@@ -71,12 +72,12 @@ float scouted(ivec2 p) {
 // Response and feather at p, from the rows above and below; all there is where nothing tells of edges.
 vec2 dilated(ivec2 p, int height) {
 #if HAS_MASK_ROWS && HAS_MASK_REACH
-    int side = int(texelFetch(in_mask_rows, ivec2(p.x, 0), 0).w);
-    float farthest = texelFetch(in_mask_reach, ivec2(gl_WorkGroupID.xy), 0).r;
+    int side = int(fetch_finite(in_mask_rows, ivec2(p.x, 0)).w);
+    float farthest = fetch_finite(in_mask_reach, ivec2(gl_WorkGroupID.xy)).r;
     ivec2 span = coarse_span(p.y, farthest, side, height);
     vec2 best = vec2(0.0);
     for (int y = span.x; y <= span.y && farthest > 0.0; y++) {
-        vec4 row = texelFetch(in_mask_rows, ivec2(p.x, y), 0);
+        vec4 row = fetch_finite(in_mask_rows, ivec2(p.x, y));
         float distance = coarse_center(y, side) - float(p.y);
         float power = row.x - distance * distance;
         if (power >= 0.0) best = max(best, vec2(row.z, rays_feather(power, row.y)));

@@ -6,6 +6,7 @@
 // Method: poster, section 3: the mask's resolution follows the largest CoC, so that the search for edges stays as long
 // at any blur and any picture size, and what is coarse is always small beside the blur. Reaches grow by the distance to
 // the square's centre: no pixel that an edge reaches is lost.
+#include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -21,7 +22,7 @@ void main() {
     vec2 strongest = vec2(0.0);
     for (int i = 0; i < side * side; i++) {
         ivec2 p = corner + ivec2(i % side, i / side);
-        if (all(lessThan(p, size))) strongest = max(strongest, texelFetch(in_mask_edges, p, 0).xy);
+        if (all(lessThan(p, size))) strongest = max(strongest, fetch_finite(in_mask_edges, p).xy);
     }
     if (strongest.y > 0.0) strongest.y += coarse_margin_half(side);
     imageStore(out_mask_coarse, texel, vec4(strongest, 0.0, 0.0));

@@ -8,6 +8,7 @@
 // Method: poster (Tan et al. 2020), 2.1: a 5x5 Sobel kernel on smoothed normal and depth. Depth is measured in CoC px,
 // in which an edge matters by how far its blur moves, whatever the scene's scale; the surface's own slope is taken off.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 #include "dof/beyond.glsl"
 
@@ -44,7 +45,7 @@ float nearest_around(sampler2D extent, ivec2 texel) {
     ivec2 last = textureSize(extent, 0) - 1;
     float lowest = 0.0;
     for (int i = 0; i < 9; i++) {
-        lowest = min(lowest, texelFetch(extent, clamp(texel + ivec2(i % 3, i / 3) - 1, ivec2(0), last), 0).x);
+        lowest = min(lowest, fetch_finite(extent, clamp(texel + ivec2(i % 3, i / 3) - 1, ivec2(0), last)).x);
     }
     return lowest;
 }
@@ -57,7 +58,7 @@ vec2 edge_at(ivec2 p) {
     vec4 dx, dy;
     sobel(p, dx, dy);
     float dn = sqrt(dot(dx.xyz, dx.xyz) + dot(dy.xyz, dy.xyz));
-    float dd = length(vec2(dx.w, dy.w) - texelFetch(in_mask_slope, p, 0).yz);
+    float dd = length(vec2(dx.w, dy.w) - fetch_finite(in_mask_slope, p).yz);
     float response = mask_response(dd + dn, frame.mask_sensitivity);
     return response >= frame.mask_threshold && response > 0.0 ? vec2(response, reach) : vec2(0.0);
 }

@@ -3,6 +3,7 @@
 // Writes: mask_guide (xyz: mean normal, w: mean CoC, px), mask_slope (x: most negative CoC, px; yz: what CoC changes
 //   per half-res px along x and y by the surface's own slope), half resolution.
 // Method: a 2x2 mean, which is also the first step of the poster's Gaussian; the slope by minmod (lib/mask.glsl).
+#include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 #include "lib/octahedral.glsl"
 
@@ -15,7 +16,7 @@ layout(rgba32f) uniform writeonly image2D out_mask_slope;
 ivec2 last;  // index of the last full-res pixel
 
 float coc_at(ivec2 pixel) {
-    return texelFetch(in_coc, min(pixel, last), 0).r;
+    return fetch_finite(in_coc, min(pixel, last)).r;
 }
 
 // CoC change per half-res px that the surface at the block has by itself, along one axis; all four pixels within the
@@ -35,7 +36,7 @@ void main() {
     float nearest = 1e30;
     for (int i = 0; i < 4; i++) {
         ivec2 pixel = min(2 * p + ivec2(i & 1, i >> 1), last);
-        vec4 normal = texelFetch(in_normal, pixel, 0);
+        vec4 normal = fetch_finite(in_normal, pixel);
         float coc = coc_at(pixel);
         sum += vec4(normal.w * octahedral_decode(normal.xy), coc);
         nearest = min(nearest, coc);

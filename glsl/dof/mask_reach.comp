@@ -2,6 +2,7 @@
 // Reads: reach (largest reach of an edge in the tile, half-res px; one texel per 8x8 half-res px).
 // Writes: the same, of all edges that reach the tile along AXIS.
 // Method: as dilate.comp, but without a limit: rays blur as far as the lens does.
+#include "shared/fetch.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_reach;
 #if AXIS == 0
@@ -22,7 +23,7 @@ void main() {
     float farthest = 0.0;
     for (int i = 0; i < size[AXIS]; i++) {
         ivec2 there = tile + (i - tile[AXIS]) * STEP;
-        float reach = texelFetch(in_reach, there, 0).r;
+        float reach = fetch_finite(in_reach, there).r;
         float gap = TILE * float(abs(i - tile[AXIS])) - (TILE - 1.0);  // between the tiles' nearest pixels
         if (reach > 0.0 && reach >= gap) farthest = max(farthest, reach);
     }

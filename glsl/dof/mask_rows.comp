@@ -6,6 +6,7 @@
 // Method: a disc of radius r about e covers p exactly if its power r^2 - |p - e|^2 >= 0, and the largest power splits
 // into a maximum along rows and one along columns (as the distance transform of Felzenszwalb and Huttenlocher 2012
 // does, with radii): no pixel is lost and no square or tile shows.
+#include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -19,7 +20,7 @@ float farthest_of(int side) {
     ivec2 tile = ivec2(gl_WorkGroupID.xy), last = textureSize(in_mask_reach, 0) - 1;
     float farthest = 0.0;
     for (int y = tile.y * side; y < (tile.y + 1) * side; y++) {
-        farthest = max(farthest, texelFetch(in_mask_reach, min(ivec2(tile.x, y), last), 0).r);
+        farthest = max(farthest, fetch_finite(in_mask_reach, min(ivec2(tile.x, y), last)).r);
     }
     return farthest;
 }
@@ -32,7 +33,7 @@ void main() {
     ivec2 span = coarse_span(p.x, farthest, side, size.x);
     vec4 best = vec4(-1.0, 0.0, 0.0, float(side));
     for (int x = span.x; x <= span.y && farthest > 0.0; x++) {
-        vec2 edge = texelFetch(in_mask_coarse, ivec2(x, p.y), 0).xy;
+        vec2 edge = fetch_finite(in_mask_coarse, ivec2(x, p.y)).xy;
         float distance = coarse_center(x, side) - float(p.x);
         float power = edge.y * edge.y - distance * distance;
         if (edge.y > 0.0 && power > best.x) best = vec4(power, edge.y, edge.x, best.w);

@@ -3,6 +3,7 @@
 // Writes: the same after a Gaussian along x (AXIS 0) or y (AXIS 1).
 // Method: poster (Tan et al. 2020), 2.1, "a Gaussian on the G-buffer", as two separable passes.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "dof/beyond.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -22,7 +23,7 @@ void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, imageSize(OUT)))) return;
     float sigma = 0.5 * frame.mask_smoothing;
-    vec4 sum = texelFetch(in_guide, p, 0);
+    vec4 sum = fetch_finite(in_guide, p);
     float weights = 1.0;
     for (int i = 1; i <= REACH; i++) {
         float weight = exp(-0.5 * float(i * i) / max(sigma * sigma, 1e-4));

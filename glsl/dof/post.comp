@@ -7,6 +7,7 @@
 // Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC
 // (joint bilateral upsampling, Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/coc.glsl"
 #include "dof/layers.glsl"
 #include "dof/slight_focus.glsl"
@@ -40,10 +41,10 @@ vec4 upsampled(ivec2 pixel, float own) {
         ivec2 side = ivec2(i & 1, i >> 1);
         ivec2 texel = clamp(corner + side, ivec2(0), last);
         vec2 bilinear = mix(1.0 - f, f, vec2(side));
-        float apart = abs(texelFetch(in_half_color, texel, 0).a - own);
+        float apart = abs(fetch_sample(in_half_color, texel).a - own);
         float same = 1.0 - smoothstep(0.0, frame.layer_fade_px, apart);
         float w = bilinear.x * bilinear.y * max(same, OTHER_SURFACE);
-        sum += w * texelFetch(in_far_blur, texel, 0);
+        sum += w * fetch_light(in_far_blur, texel);
         weight += w;
     }
     return sum / weight;
@@ -59,14 +60,14 @@ void store(ivec2 pixel, vec4 color, vec4 behind) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_post);
     bool inside = all(lessThan(pixel, size));
-    vec2 reach = texelFetch(in_tiles_dilated, ivec2(gl_WorkGroupID.xy) / 2, 0).xy;
+    vec2 reach = fetch_finite(in_tiles_dilated, ivec2(gl_WorkGroupID.xy) / 2).xy;
     ivec2 nearest = min(pixel, size - 1);
-    vec4 sharp = finite_radiance(texelFetch(in_lit, nearest, 0));
+    vec4 sharp = fetch_light(in_lit, nearest);
     if (max(-reach.x, reach.y) <= IN_FOCUS_COC_PX) {
         if (inside) store(pixel, vec4(sharp.rgb, 0.0), vec4(sharp.rgb, 1.0));
         return;
     }
-    float own = gathered_coc(texelFetch(in_coc, nearest, 0).r, frame.max_coc_px);
+    float own = gathered_coc(fetch_finite(in_coc, nearest).r, frame.max_coc_px);
     float half_res = smoothstep(HALF_RES_BEGIN_PX, HALF_RES_END_PX, abs(own));
     vec3 behind = sharp.rgb;
     float validity = 1.0;
@@ -81,12 +82,12 @@ void main() {
     }
     if (!inside) return;
     vec2 uv = (vec2(pixel) + 0.5) * 0.5 / vec2(textureSize(in_near_blur, 0));
-    vec4 near = -reach.x > HALF_RES_BEGIN_PX ? textureLod(in_near_blur, uv, 0.0) : vec4(0.0);
+    vec4 near = -reach.x > HALF_RES_BEGIN_PX ? finite_radiance(textureLod(in_near_blur, uv, 0.0)) : vec4(0.0);
     // Where nothing behind the near layer was seen, the near layer is all there is to show.
     float open = (1.0 - near.a) * validity;
     vec3 color = (near.rgb + open * behind) / max(near.a + open, 1e-6);
 #if HAS_NEAR_SPECULAR
-    float specular = -reach.x > HALF_RES_BEGIN_PX ? textureLod(in_near_specular, uv, 0.0).r : 0.0;
+    float specular = -reach.x > HALF_RES_BEGIN_PX ? finite_radiance(textureLod(in_near_specular, uv, 0.0)).r : 0.0;
 #else
     float specular = 0.0;
 #endif

@@ -6,6 +6,7 @@
 // the open lens. Variances of blurs add, so the filter takes its own from the CoC's, but not on a surface so small that
 // it finds no neighbours to mix with: there it spreads nothing.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "dof/spacing.glsl"
 #include "dof/taps.glsl"
 
@@ -19,7 +20,7 @@ const float ISOLATED = 0.5;  // part of the filter on its own surface: half on a
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy), last = imageSize(out_prefiltered) - 1;
     if (any(greaterThan(texel, last))) return;
-    vec4 own = texelFetch(in_half_color, texel, 0);
+    vec4 own = fetch_sample(in_half_color, texel);
     float radius = prefilter_px(own.a), side = own.a < 0.0 ? 1.0 : -1.0;
     if (radius == 0.0) {
         imageStore(out_prefiltered, texel, own);
@@ -36,7 +37,7 @@ void main() {
             vec2 offset_px = radius * (place.point - opening.middle);
             // The nearest texel: a mean of two surfaces' CoC would be a third surface's.
             ivec2 there = clamp(ivec2(floor(vec2(texel) + 0.5 + 0.5 * side * offset_px)), ivec2(0), last);
-            vec4 tap = texelFetch(in_half_color, there, 0);
+            vec4 tap = fetch_sample(in_half_color, there);
             float part = place.weight.x * float(ring.end - ring.first);
             float same = part * (1.0 - smoothstep(0.0, 1.0, abs(tap.a - own.a) / frame.layer_fade_px));
             sum += same * tap.rgb;

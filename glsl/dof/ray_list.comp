@@ -6,6 +6,7 @@
 // Method: the planned mean is rounded up or down at random in proportion, by a golden-ratio sequence in time with a
 // random start per pixel. A work group appends its pixels together, so that neighbours are traced together.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 #include "lib/sampling.glsl"
 #include "lib/work_list.glsl"
@@ -24,7 +25,7 @@ const uint ROUNDING_STREAM = 0x5bd1e995u;  // sets the rounding's hash apart fro
 shared uint listed, first_slot;
 
 float rays_for(ivec2 p) {
-    float level = round(255.0 * texelFetch(in_mask, p, 0).x);
+    float level = round(255.0 * fetch_light(in_mask, p).x);
     if (level == 0.0) return 0.0;
     uint random = pixel_seed(uvec2(p), frame.seed ^ ROUNDING_STREAM) + frame.frame_index * GOLDEN;
     float planned = planned_rays(level, rays_per_level, min(1.0, frame.ray_budget), float(frame.max_rays));
@@ -39,7 +40,7 @@ void main() {
     float rays = inside ? rays_for(p) : 0.0;
     uint slot = rays > 0.0 ? atomicAdd(listed, 1u) : 0u;
     if (inside) {
-        vec2 before = frame.history_valid != 0u ? texelFetch(prev_ray_count, p, 0).xy : vec2(0.0);
+        vec2 before = frame.history_valid != 0u ? fetch_finite(prev_ray_count, p).xy : vec2(0.0);
         imageStore(out_ray_count, p, vec4(rays, mod(before.x + before.y, WRAP), 0.0, 0.0));
     }
     barrier();

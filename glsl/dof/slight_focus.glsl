@@ -3,6 +3,7 @@
 // Method: the gather of gather.comp with a kernel of one or two rings (the full-resolution path of Jimenez 2014);
 // samples that the half-resolution near layer draws are left to it.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "dof/layers.glsl"
 #include "dof/taps.glsl"
 
@@ -27,10 +28,10 @@ vec3 slight_focus(sampler2D radiance, sampler2D circle, ivec2 pixel, float own, 
             // mirror image is not told apart.
             Tap tap = tap_at(i, ring, opening);
             ivec2 there = clamp(ivec2(floor(vec2(pixel) + 0.5 - side * radius * tap.point)), ivec2(0), last);
-            float coc = gathered_coc(texelFetch(circle, there, 0).r, frame.max_coc_px);
+            float coc = gathered_coc(fetch_finite(circle, there).r, frame.max_coc_px);
             float splat = shrunk_px2(silhouette_px(own, coc), NEAREST_VARIANCE_PX2, opening.spread);
             float light = tap_light(splat, ring, tap, opening) * (1.0 - near_layer_share(coc));
-            sum += light * vec4(finite_radiance(texelFetch(radiance, there, 0)).rgb, 1.0);
+            sum += light * vec4(fetch_light(radiance, there).rgb, 1.0);
         }
     }
     return sum.rgb / max(sum.a, 1e-6);

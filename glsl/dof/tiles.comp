@@ -3,6 +3,7 @@
 // Writes: tiles (x: most negative, y: largest, px, clamped to what the post-process gathers; one texel per 16x16 px).
 // Method: one work group per tile, reduction in shared memory; Jimenez 2014, tile pass.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/splat.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;  // each lane takes 2x2 of the tile's 16x16 px
@@ -31,7 +32,7 @@ void main() {
     for (int i = 0; i < 4; i++) {
         // A texel beyond the picture's edge repeats the edge, which changes neither extreme.
         ivec2 pixel = min(2 * ivec2(gl_GlobalInvocationID.xy) + ivec2(i & 1, i >> 1), last);
-        own = wider(own, vec2(gathered_coc(texelFetch(in_coc, pixel, 0).r, frame.max_coc_px)));
+        own = wider(own, vec2(gathered_coc(fetch_finite(in_coc, pixel).r, frame.max_coc_px)));
     }
     extent[gl_LocalInvocationIndex] = own;
     join(8, 1);

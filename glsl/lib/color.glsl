@@ -1,7 +1,5 @@
 // Colour arithmetic. Float64 twins: tests/gpu/shading_twin.py.
 
-const float LARGEST_RADIANCE = 6e4;  // just inside float16, which most radiance targets hold
-
 // Relative luminance of linear sRGB primaries (Rec. ITU-R BT.709-6).
 float luminance(vec3 rgb) {
     return dot(rgb, vec3(0.2126, 0.7152, 0.0722));
@@ -22,15 +20,4 @@ vec3 ycocg_from_rgb(vec3 c) {
 
 vec3 rgb_from_ycocg(vec3 c) {
     return vec3(c.x + c.y - c.z, c.x + c.z, c.x - c.y - c.z);
-}
-
-// Which components an average can take in. Decided on the bits: compilers turn comparisons round as if there were no
-// NaN.
-bvec3 usable(vec3 c) {
-    const uint LIMIT = 0x7149f2cau;  // 1e30, far above any radiance
-    return lessThan(floatBitsToUint(c) & 0x7fffffffu, uvec3(LIMIT));
-}
-
-bool is_usable(vec3 c) {
-    return all(usable(c));
 }

@@ -1,6 +1,6 @@
 // A running mean in float32 that keeps converging: compensated addition of (x - mean) / n (Kahan 1965).
 // Float64 twin: tests/gpu/test_running_mean.py.
-#include "lib/color.glsl"
+#include "lib/finite.glsl"
 
 // mean.rgb over mean.a samples takes one more; `withheld` carries the rounding between calls. What is not finite
 // counts as black.

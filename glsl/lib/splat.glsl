@@ -1,16 +1,8 @@
 // What one sample of the image adds to its neighbours: the splat of its circle of confusion, cut into the rings of a
 // gather kernel, and the split of samples into layers. Float64 twins: tests/gpu/post_twin.py. Radii and CoC in full-res
 // px; a "gauge" is a distance measured by the aperture.
-#include "lib/color.glsl"
 
 const float SMALLEST_SPLAT_PX2 = 1e-6;  // squared radius; keeps the division finite, far within the centre tap
-
-// Radiance that filters may meet: NaN and negative become 0, infinite becomes the largest that float16 targets carry.
-// Decided on the bits, as `usable` is: those of the positive numbers and of infinity are 1 to 0x7f800000.
-vec4 finite_radiance(vec4 c) {
-    bvec4 positive = lessThan(floatBitsToUint(c) - 1u, uvec4(0x7f800000u));
-    return mix(vec4(0.0), min(c, vec4(LARGEST_RADIANCE)), positive);
-}
 
 // The CoC that the post-process gathers: within +-limit, 0 for NaN.
 float gathered_coc(float coc, float limit) {

@@ -6,6 +6,7 @@
 // than half an ulp of the mean and would be lost. A frame does not count at pixels for which the lens' barrel blocks
 // its lens point.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/lens.glsl"
 #include "lib/running_mean.glsl"
 
@@ -28,7 +29,7 @@ void main() {
     bool counts = true;
 #endif
     // Before any point counts, what it sees stands in for the mean: the first that counts replaces it wholly.
-    if (counts || points == 0.0) add_sample(mean, withheld, texelFetch(in_color, p, 0).rgb);
+    if (counts || points == 0.0) add_sample(mean, withheld, fetch_light(in_color, p).rgb);
     if (!counts) mean.a = points;
     imageStore(out_reference, p, mean);
     imageStore(out_reference_error, p, vec4(withheld, 0.0));

@@ -4,6 +4,7 @@
 // Writes: display (sRGB-encoded, 8 bit, full resolution).
 // Method: exposure, a tone curve (lib/tone.glsl), the sRGB transfer function (IEC 61966-2-1).
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/tone.glsl"
 #include "lib/coc.glsl"
 
@@ -22,9 +23,9 @@ uniform sampler2D in_backdrop;
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, ivec2(frame.size_px)))) return;
-    vec4 color = texelFetch(in_color, p, 0);
+    vec4 color = fetch_light(in_color, p);
 #if BACKDROP
-    if (color.a == 0.0) color = texelFetch(in_backdrop, p, 0);
+    if (color.a == 0.0) color = fetch_light(in_backdrop, p);
 #endif
     vec3 light = max(color.rgb, 0.0) * frame.exposure;
 #if TONE_MAP == 1
@@ -34,7 +35,7 @@ void main() {
 #endif
     vec3 shown = srgb_encode(clamp(light, 0.0, 1.0));
 #if FOCUS_PLANE
-    if (abs(texelFetch(in_coc, p, 0).r) < IN_FOCUS_COC_PX) shown = mix(shown, FOCUS_TINT, 0.5);
+    if (abs(fetch_finite(in_coc, p).r) < IN_FOCUS_COC_PX) shown = mix(shown, FOCUS_TINT, 0.5);
 #endif
     imageStore(out_display, p, vec4(shown, 1.0));
 }

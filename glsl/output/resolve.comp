@@ -6,6 +6,7 @@
 // motion with Catmull-Rom weights, since bilinear fetches blur a little more every frame, and clipped to the
 // neighbourhood's mean and deviation (Salvi 2016).
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/color.glsl"
 #include "lib/catmull_rom.glsl"
 
@@ -21,7 +22,7 @@ const float LAYERED_FRAMES = 1.0;   // earlier frames that count where a near la
 const float CLIP_DEVIATIONS = 1.25;  // Salvi's gamma: 1 flickers on thin detail, 2 lets ghosts through
 
 vec3 color_at(ivec2 pixel) {
-    vec3 color = texelFetch(in_color, clamp(pixel, ivec2(0), ivec2(frame.size_px) - 1), 0).rgb;
+    vec3 color = fetch_finite(in_color, clamp(pixel, ivec2(0), ivec2(frame.size_px) - 1)).rgb;
     return is_usable(color) ? clamp(color, -LARGEST_RADIANCE, LARGEST_RADIANCE) : vec3(0.0);
 }
 
@@ -67,10 +68,10 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px)))) return;
     vec3 now = color_at(pixel);
-    vec4 history = texelFetch(prev_resolved, pixel, 0);
+    vec4 history = fetch_finite(prev_resolved, pixel);
     bool known = frame.history_valid != 0u;
 #if HAS_MOTION
-    vec2 before = vec2(pixel) + 0.5 - texelFetch(in_motion, pixel, 0).xy;
+    vec2 before = vec2(pixel) + 0.5 - fetch_finite(in_motion, pixel).xy;
     known = known && all(greaterThan(before, vec2(0.0))) && all(lessThan(before, frame.size_px));
     if (known) {
         history = history_at(before);
@@ -79,7 +80,7 @@ void main() {
         float most = 1.0 / frame.taa_alpha - 1.0;
 #if LAYERED
         // The traced near layer has had its own history, along its own motion: here it would only leave a trail.
-        most = mix(most, LAYERED_FRAMES, clamp(texelFetch(in_color, pixel, 0).a, 0.0, 1.0));
+        most = mix(most, LAYERED_FRAMES, clamp(fetch_finite(in_color, pixel).a, 0.0, 1.0));
 #endif
         history.a = min(history.a, most);
     }

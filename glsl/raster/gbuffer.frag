@@ -7,6 +7,7 @@
 // computes from the vertices.
 #include "shared/primary.glsl"
 #include "shared/surface.glsl"
+#include "lib/finite.glsl"
 
 in vec3 v_normal;
 flat in uint v_material;
@@ -56,11 +57,11 @@ void main() {
 #endif
     float side = gl_FrontFacing ? 1.0 : -1.0;
     Surface s = surface_of(base.rgb, v_material, vec3(0.0), side, v_normal, tangent, uv, footprint_uv);
-    out_base_color = vec4(s.base_color, s.metallic);
+    out_base_color = vec4(min(s.base_color, LARGEST_RADIANCE), s.metallic);
     out_normal = vec4(octahedral_encode(s.normal), s.roughness, 1.0);
     out_depth = z;
 #if HAS_EMISSIVE
-    out_emissive = vec4(s.emissive, 1.0);
+    out_emissive = vec4(min(s.emissive, LARGEST_RADIANCE), 1.0);
 #endif
 #if HAS_OBJECT
     out_object = float(v_object);

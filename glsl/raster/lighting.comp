@@ -5,6 +5,7 @@
 // Method: deferred shading (Saito and Takahashi 1990); shade() in shared/shade.glsl.
 #include "shared/primary.glsl"
 #include "shared/shade.glsl"
+#include "shared/fetch.glsl"
 #include "lib/coc.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -19,18 +20,18 @@ layout(rgba16f) writeonly uniform image2D out_lit;
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px)))) return;
-    float z = texelFetch(in_depth, pixel, 0).r;
+    float z = fetch_depth(in_depth, pixel);
     vec3 position = camera_to_world(sample_in_camera(vec2(pixel) + 0.5 + frame.jitter_px, z));
     vec3 view_dir = normalize(frame.lens_eye - position);
     if (z >= SKY_DEPTH) {
         imageStore(out_lit, pixel, vec4(sky_radiance(-view_dir), 0.0));
         return;
     }
-    vec4 base = texelFetch(in_base_color, pixel, 0);
-    vec4 normal = texelFetch(in_normal, pixel, 0);
+    vec4 base = fetch_light(in_base_color, pixel);
+    vec4 normal = fetch_finite(in_normal, pixel);
     Surface s = Surface(position, octahedral_decode(normal.xy), base.rgb, base.a, normal.z, vec3(0.0));
 #if HAS_EMISSIVE
-    s.emissive = texelFetch(in_emissive, pixel, 0).rgb;
+    s.emissive = fetch_light(in_emissive, pixel).rgb;
 #endif
     imageStore(out_lit, pixel, shade(s, view_dir));
 }

@@ -4,6 +4,7 @@
 // Method: reprojection (Scherzer et al. 2007, section 3).
 #include "shared/primary.glsl"
 #include "shared/objects.glsl"
+#include "shared/fetch.glsl"
 #include "lib/coc.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -18,12 +19,12 @@ const float OFF_SCREEN = 16384.0;  // px, of what was behind the last camera: be
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px)))) return;
-    float z = texelFetch(in_depth, pixel, 0).r;
+    float z = fetch_depth(in_depth, pixel);
     vec2 now = vec2(pixel) + 0.5 + frame.jitter_px;
     // The sky is a direction, which only turns: w = 0 drops the camera's translation.
     vec3 point = camera_to_world(sample_in_camera(now, z));
 #if HAS_OBJECT
-    point = previous_position(uint(texelFetch(in_object, pixel, 0).r), point);
+    point = previous_position(uint(fetch_finite(in_object, pixel).r), point);
 #endif
     vec4 position = vec4(point, 1.0);
     if (z >= SKY_DEPTH) position = vec4(mat3(frame.view_to_world) * vec3(pinhole_slope(now), -1.0), 0.0);

@@ -15,6 +15,7 @@
 // n frames n times the mean less n - 1 times the one before. A mean of running means would count the first rays again
 // in every frame, and a mean of frames' own means would favour the rays of frames that sent few.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/hit_layers.glsl"
 #include "lib/gradient.glsl"
 
@@ -77,10 +78,10 @@ Mean earlier(sampler2D layer, int field, vec2 position, vec2 circle) {
     float weight = 0.0;
     for (int i = 0; i < 4; i++) {
         ivec2 step = ivec2(i & 1, i >> 1), texel = clamp(corner + step, ivec2(0), size - 1);
-        float held = texelFetch(prev_layer_state, texel, 0)[field], coc = texelFetch(prev_layer_coc, texel, 0)[field];
+        float held = fetch_finite(prev_layer_state, texel)[field], coc = fetch_finite(prev_layer_coc, texel)[field];
         vec2 bilinear = mix(1.0 - f, f, vec2(step));
         float w = held > 0.0 && same_depth(coc, circle) ? bilinear.x * bilinear.y : 0.0;
-        vec4 light = texelFetch(layer, texel, 0), moments = texelFetch(prev_layer_moments, texel, 0);
+        vec4 light = fetch_light(layer, texel), moments = fetch_finite(prev_layer_moments, texel);
         sum.layer += w * light;
         sum.circle += w * light.a * coc;
         sum.moments += w * (field == 0 ? moments.xy : moments.zw);
@@ -97,12 +98,12 @@ Around look_around(ivec2 p) {
     vec2 hits = vec2(0.0), square = vec2(0.0), sum = vec2(1e-12);
     for (int i = 0; i < 25; i++) {
         ivec2 offset = ivec2(i % 5, i / 5) - 2, texel = clamp(p + offset, ivec2(0), last);
-        float rays = texelFetch(in_ray_count, texel, 0).x;
+        float rays = fetch_finite(in_ray_count, texel).x;
         if (rays == 0.0) continue;
-        vec4 share = rays * vec4(texelFetch(in_trace_near, texel, 0).aa, texelFetch(in_trace_far, texel, 0).aa);
+        vec4 share = rays * vec4(fetch_light(in_trace_near, texel).aa, fetch_light(in_trace_far, texel).aa);
         // The pixel's own hits decide how its layers move; its neighbours' count where it has none.
         float say = offset == ivec2(0) ? 1.0 : 1e-4;
-        vec4 moved = texelFetch(in_trace_motion, texel, 0), spread = texelFetch(in_trace_spread, texel, 0);
+        vec4 moved = fetch_finite(in_trace_motion, texel), spread = fetch_finite(in_trace_spread, texel);
         motion += say * share * moved;
         shares += say * share;
         mean += share * moved;
@@ -137,7 +138,7 @@ vec2 change_around(ivec2 p) {
     ivec2 last = textureSize(in_gradient, 0) - 1;
     for (int i = 0; i < 9; i++) {
         ivec2 block = p / 3 + ivec2(i % 3, i / 3) - 1;
-        vec2 here = texelFetch(in_gradient, clamp(block, ivec2(0), last), 0).xy, told = step(0.0, here);
+        vec2 here = fetch_finite(in_gradient, clamp(block, ivec2(0), last)).xy, told = step(0.0, here);
         change += told * here;
         known += told;
     }
@@ -157,7 +158,7 @@ void main() {
     Mean near = NOTHING, far = NOTHING;
     vec4 near_light = vec4(0.0), far_light = vec4(0.0);
     float ratio = 0.0, frames = 0.0;
-    if (texelFetch(in_mask, p, 0).x > 0.0) {
+    if (fetch_light(in_mask, p).x > 0.0) {
         bool moved = frame.moved != 0u;
         Around around = moved ? look_around(p) : Around(vec4(0.0), vec2(0.0), ANY_CIRCLE, 0.0, 0.0);
         if (MOTION == 0) around.motion = vec4(0.0);
@@ -166,12 +167,12 @@ void main() {
             near = earlier(prev_near_layer, 0, vec2(p) + 0.5 - 0.5 * around.motion.xy, trusted.xy);
             far = earlier(prev_far_layer, 1, vec2(p) + 0.5 - 0.5 * around.motion.zw, trusted.zw);
         }
-        float rays = texelFetch(in_ray_count, p, 0).x;
+        float rays = fetch_finite(in_ray_count, p).x;
         Mean near_now = NOTHING, far_now = NOTHING;
         if (rays > 0.0) {
-            vec4 near_layer = texelFetch(in_trace_near, p, 0), far_layer = texelFetch(in_trace_far, p, 0);
-            vec4 moments = texelFetch(in_trace_moments, p, 0);
-            vec2 circle = texelFetch(in_trace_spread, p, 0).xy * vec2(near_layer.a, far_layer.a);
+            vec4 near_layer = fetch_light(in_trace_near, p), far_layer = fetch_light(in_trace_far, p);
+            vec4 moments = fetch_finite(in_trace_moments, p);
+            vec2 circle = fetch_finite(in_trace_spread, p).xy * vec2(near_layer.a, far_layer.a);
             near_now = Mean(near_layer, circle.x, moments.xy, rays);
             far_now = Mean(far_layer, circle.y, moments.zw, rays);
         }
@@ -184,7 +185,7 @@ void main() {
             least.y = stale_weight(frame.history_alpha, change.y, drift.y, 0.5 * (circle.z + circle.w));
         }
         bool fresh = moved || frame.history_valid == 0u || TEMPORAL == 0 || min(near.rays, far.rays) == 0.0;
-        frames = fresh ? 1.0 : texelFetch(prev_layer_state, p, 0).w + 1.0;
+        frames = fresh ? 1.0 : fetch_finite(prev_layer_state, p).w + 1.0;
         vec4 near_before = near.layer, far_before = far.layer;
         add(near, near_now, least.x);
         add(far, far_now, least.y);
@@ -202,6 +203,6 @@ void main() {
     vec2 circle = vec2(near.circle, far.circle) / max(vec2(near.layer.a, far.layer.a), 1e-6);
     imageStore(out_layer_coc, p, vec4(circle, 0.0, 0.0));
     imageStore(out_layer_moments, p, vec4(near.moments, far.moments));
-    imageStore(out_near_light, p, near_light);
-    imageStore(out_far_light, p, far_light);
+    imageStore(out_near_light, p, within_half(near_light));
+    imageStore(out_far_light, p, within_half(far_light));
 }

@@ -8,6 +8,7 @@
 // object, and the ray from the same lens point through it, as the camera is now, must bring the same light. It does
 // unless something came between or the light changed, so a still world under a moving camera has no gradient.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/color.glsl"
 #include "lib/gradient.glsl"
 #include "rays/lens_ray.glsl"
@@ -44,10 +45,10 @@ vec4 block_motion(ivec2 block, out bool held) {
     ivec2 last = textureSize(in_ray_count, 0) - 1;
     for (int i = 0; i < 9; i++) {
         ivec2 p = min(3 * block + ivec2(i % 3, i / 3), last);
-        float rays = texelFetch(in_ray_count, p, 0).x;
+        float rays = fetch_finite(in_ray_count, p).x;
         if (rays == 0.0) continue;
-        vec4 share = rays * vec4(texelFetch(in_trace_near, p, 0).aa, texelFetch(in_trace_far, p, 0).aa);
-        motion += share * texelFetch(in_trace_motion, p, 0);
+        vec4 share = rays * vec4(fetch_light(in_trace_near, p).aa, fetch_light(in_trace_far, p).aa);
+        motion += share * fetch_finite(in_trace_motion, p);
         shares += share;
     }
     held = shares.x + shares.z > 0.0;
@@ -60,9 +61,9 @@ vec4 block_motion(ivec2 block, out bool held) {
 // Change of the light of the ray stored in a block, if it belongs to the layer asked for; -1: no such ray.
 float change_at(ivec2 block, bool near) {
     if (any(lessThan(block, ivec2(0))) || any(greaterThanEqual(block, textureSize(prev_probe_hit, 0)))) return -1.0;
-    vec4 lens = texelFetch(prev_probe_lens, block, 0);
+    vec4 lens = fetch_finite(prev_probe_lens, block);
     if (lens.w == 0.0 || (lens.w >= 1.5) != near) return -1.0;
-    vec4 hit = texelFetch(prev_probe_hit, block, 0);
+    vec4 hit = fetch_finite(prev_probe_hit, block);
     float depth;
     vec3 position;
     uint object = uint(lens.z);

@@ -1,6 +1,7 @@
 // The pixels that may smooth a pixel's traced layers: how far they lie, and whether their blur reaches. For the passes
 // of spatial reconstruction, which must agree about it.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/kernel.glsl"
 #include "lib/reconstruct.glsl"
 
@@ -15,15 +16,15 @@ float rays_of(vec4 state) {
 // CoC [px] of the near and of the far layer at p: its own hits', or those of the 3x3 pixels around where no ray hit
 // one.
 vec2 layer_coc(ivec2 p) {
-    vec4 own = texelFetch(in_layer_state, p, 0);
-    vec2 coc = texelFetch(in_layer_coc, p, 0).xy, sum = vec2(0.0), hits = vec2(1e-12);
+    vec4 own = fetch_finite(in_layer_state, p);
+    vec2 coc = fetch_finite(in_layer_coc, p).xy, sum = vec2(0.0), hits = vec2(1e-12);
     if (own.z > 0.0 && own.z < 1.0) return coc;
     ivec2 last = textureSize(in_layer_state, 0) - 1;
     for (int i = 0; i < 9; i++) {
         ivec2 texel = clamp(p + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
-        vec4 state = texelFetch(in_layer_state, texel, 0);
+        vec4 state = fetch_finite(in_layer_state, texel);
         vec2 share = rays_of(state) * vec2(state.z, 1.0 - state.z);
-        sum += share * texelFetch(in_layer_coc, texel, 0).xy;
+        sum += share * fetch_finite(in_layer_coc, texel).xy;
         hits += share;
     }
     return vec2(own.z > 0.0 ? coc.x : sum.x / hits.x, own.z < 1.0 ? coc.y : sum.y / hits.y);

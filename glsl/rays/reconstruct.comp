@@ -26,8 +26,8 @@ const float MOST_FILL = 2.0;
 // Lets the layers of the pixel exchange light with its neighbours. A pixel of a wide kernel has its taps farther apart
 // and meets each neighbour more rarely: one of a narrow kernel waits for it.
 void exchange(ivec2 p, vec4 state, inout vec4 near, inout vec4 far) {
-    vec4 own = texelFetch(in_layer_smoothing, p, 0);
-    vec2 coc = texelFetch(in_layer_coc, p, 0).xy;
+    vec4 own = fetch_finite(in_layer_smoothing, p);
+    vec2 coc = fetch_finite(in_layer_coc, p).xy;
     float reach = max(own.z, own.w);
     int rings = ring_count(reach, RINGS), taps = kernel_taps(rings);
     vec4 near_sum = vec4(0.0), far_sum = vec4(0.0);
@@ -35,15 +35,15 @@ void exchange(ivec2 p, vec4 state, inout vec4 near, inout vec4 far) {
     for (int i = 1; i < taps; i++) {
         ivec2 offset = tap_offset(i, rings, reach), texel = p + offset;
         if (offset == ivec2(0) || texel != clamp(texel, ivec2(0), last)) continue;
-        vec4 there = texelFetch(in_layer_state, texel, 0), other = texelFetch(in_layer_smoothing, texel, 0);
+        vec4 there = fetch_finite(in_layer_state, texel), other = fetch_finite(in_layer_smoothing, texel);
         if (there.w == 0.0) continue;
         float distance = 2.0 * length(vec2(offset)), rarity = reach / max(reach, max(other.z, other.w));
         vec2 radius = min(own.zw, other.zw);
-        vec2 weight = min(tap_weight(there, texelFetch(in_layer_coc, texel, 0).xy, distance, radius),
+        vec2 weight = min(tap_weight(there, fetch_finite(in_layer_coc, texel).xy, distance, radius),
                           tap_weight(state, coc, distance, radius));
         weight *= rarity * rarity * min(own.xy, other.xy);
-        near_sum += weight.x * (texelFetch(in_near_light, texel, 0) - near);
-        far_sum += weight.y * (texelFetch(in_far_light, texel, 0) - far);
+        near_sum += weight.x * (fetch_finite(in_near_light, texel) - near);
+        far_sum += weight.y * (fetch_finite(in_far_light, texel) - far);
     }
     near += near_sum / float(taps);
     far += far_sum / float(taps);
@@ -54,7 +54,7 @@ vec4 far_around(ivec2 p) {
     vec4 far = vec4(0.0);
     ivec2 last = textureSize(in_layer_state, 0) - 1;
     for (int i = 0; i < 9; i++) {
-        far += texelFetch(in_far_light, clamp(p + ivec2(i % 3, i / 3) - 1, ivec2(0), last), 0);
+        far += fetch_finite(in_far_light, clamp(p + ivec2(i % 3, i / 3) - 1, ivec2(0), last));
     }
     return far;
 }
@@ -62,8 +62,8 @@ vec4 far_around(ivec2 p) {
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, imageSize(out_near_smooth)))) return;
-    vec4 near = texelFetch(in_near_light, p, 0), far = texelFetch(in_far_light, p, 0);
-    vec4 state = texelFetch(in_layer_state, p, 0);
+    vec4 near = fetch_finite(in_near_light, p), far = fetch_finite(in_far_light, p);
+    vec4 state = fetch_finite(in_layer_state, p);
     if (state.w > 0.0) {
         exchange(p, state, near, far);
         // The layers cover the pixel together: the far one fills what the near one leaves open.
@@ -71,6 +71,6 @@ void main() {
         if (far.a < FEWEST_SHARE) near /= max(near.a, FEWEST_SHARE);
         far *= far.a < FEWEST_SHARE ? 0.0 : clamp((1.0 - near.a) / far.a, 0.0, MOST_FILL);
     }
-    imageStore(out_near_smooth, p, near);
-    imageStore(out_far_smooth, p, far);
+    imageStore(out_near_smooth, p, within_half(near));
+    imageStore(out_far_smooth, p, within_half(far));
 }

@@ -6,6 +6,7 @@
 // unless the raster image shows that very surface at the hit's place in it. A running mean; while something moves, one
 // that forgets.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/sampling.glsl"
 #include "lib/mask.glsl"
 #include "lib/tile_reach.glsl"
@@ -29,7 +30,7 @@ bool seen(vec3 position, float z) {
     for (int i = 0; i < 9; i++) {
         ivec2 there = pixel + ivec2(i % 3, i / 3) - 1;
         if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(frame.size_px)))) continue;
-        if (abs(texelFetch(in_depth, there, 0).r - z) <= SAME_SURFACE * z) return true;
+        if (abs(fetch_depth(in_depth, there) - z) <= SAME_SURFACE * z) return true;
     }
     return false;
 }
@@ -49,7 +50,7 @@ float found(ivec2 tile, uint index) {
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(tile, imageSize(out_scout)))) return;
-    vec2 scout = frame.history_valid != 0u ? texelFetch(prev_scout, tile, 0).xy : vec2(0.0);
+    vec2 scout = frame.history_valid != 0u ? fetch_finite(prev_scout, tile).xy : vec2(0.0);
     float least = frame.moved != 0u ? NEWEST_MOVING : 0.0;
     for (uint rays = frame.history_valid != 0u ? 1u : FIRST_RAYS; rays > 0u; rays--) {
         float here = found(tile, uint(scout.y));

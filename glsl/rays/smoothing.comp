@@ -29,10 +29,10 @@ Statistics gather(ivec2 p, vec2 radius) {
     int rings = ring_count(reach, RINGS), taps = kernel_taps(rings);
     for (int i = 0; i < taps; i++) {
         ivec2 offset = tap_offset(i, rings, reach), texel = clamp(p + offset, ivec2(0), last);
-        vec4 state = texelFetch(in_layer_state, texel, 0), moments = texelFetch(in_layer_moments, texel, 0);
+        vec4 state = fetch_finite(in_layer_state, texel), moments = fetch_finite(in_layer_moments, texel);
         float rays = rays_of(state);
         if (rays == 0.0) continue;
-        vec2 weights = tap_weight(state, texelFetch(in_layer_coc, texel, 0).xy, 2.0 * length(vec2(offset)), radius);
+        vec2 weights = tap_weight(state, fetch_finite(in_layer_coc, texel).xy, 2.0 * length(vec2(offset)), radius);
         float weight = max(weights.x, weights.y);
         vec3 value = vec3(moments.xz, state.z);
         sum.pixels += weight;
@@ -62,12 +62,12 @@ vec2 smoothing(Statistics sum, float rays, vec3 variance) {
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, imageSize(out_layer_smoothing)))) return;
-    vec4 state = texelFetch(in_layer_state, p, 0);
+    vec4 state = fetch_finite(in_layer_state, p);
     vec2 share = vec2(0.0), radius = vec2(0.0);
     if (state.w > 0.0) {
         radius = layer_radius(layer_coc(p));
         Statistics sum = gather(p, radius);
-        share = smoothing(sum, rays_of(state), variance_of(texelFetch(in_layer_moments, p, 0), state.z));
+        share = smoothing(sum, rays_of(state), variance_of(fetch_finite(in_layer_moments, p), state.z));
     }
     imageStore(out_layer_smoothing, p, vec4(share, radius));
 }

@@ -9,6 +9,7 @@
 // signed CoC with a smooth band (poster, 2.1). One invocation sums one pixel's rays in order, so that the sum is the
 // same in every run.
 #include "shared/frame.glsl"
+#include "shared/fetch.glsl"
 #include "lib/sampling.glsl"
 #include "lib/hit_layers.glsl"
 #include "lib/color.glsl"
@@ -43,10 +44,6 @@ vec2 motion_px(vec3 position, uint object) {
     return clamp(moved, -2.0 * frame.size_px, 2.0 * frame.size_px);  // behind last frame's camera: off its screen
 }
 
-vec3 finite(vec3 color) {
-    return mix(vec3(0.0), clamp(color, 0.0, LARGEST_RADIANCE), usable(color));
-}
-
 // Keeps a ray for the next frame if its pixel is the one of its 3x3 whose turn it is.
 void store_probe(uvec2 p, vec3 position, float light, vec2 lens, uint object, float share) {
 #if HAS_PROBE_HIT
@@ -61,7 +58,7 @@ void main() {
     uint item = item_of(gl_WorkGroupID.xy, gl_LocalInvocationIndex);
     if (item >= pixel_count) return;
     uvec2 p = uvec2(pixels[item] & 0xffffu, pixels[item] >> 16u);
-    vec2 count = texelFetch(in_ray_count, ivec2(p), 0).xy;
+    vec2 count = fetch_finite(in_ray_count, ivec2(p)).xy;
     uint seed = pixel_seed(p, frame.seed), first = uint(count.y), rays = uint(count.x);
     vec4 near = vec4(0.0), far = vec4(0.0), motion = vec4(0.0), moments = vec4(0.0);
     vec2 circle = vec2(0.0), motion2 = vec2(0.0);
@@ -71,7 +68,8 @@ void main() {
         float depth;
         vec3 position;
         uint object;
-        vec4 color = vec4(finite(radiance(lens_ray(pixel_px, lens), depth, position, object).rgb), 1.0);
+        vec3 seen = radiance(lens_ray(pixel_px, lens), depth, position, object).rgb;
+        vec4 color = finite_radiance(vec4(seen, 1.0));
         float coc = coc_px(depth, frame.coc_scale_px, frame.inverse_focus);
         float share = near_share(coc, IN_FOCUS_COC_PX, frame.focus_blend);
         near += share * color;
@@ -88,9 +86,9 @@ void main() {
     }
     vec2 hits = max(vec2(near.a, far.a), 1e-6);
     motion /= hits.xxyy;
-    imageStore(out_trace_near, ivec2(p), near / count.x);
-    imageStore(out_trace_far, ivec2(p), far / count.x);
+    imageStore(out_trace_near, ivec2(p), near / float(max(rays, 1u)));
+    imageStore(out_trace_far, ivec2(p), far / float(max(rays, 1u)));
     imageStore(out_trace_motion, ivec2(p), motion);
     imageStore(out_trace_spread, ivec2(p), vec4(circle / hits, motion2 / hits));
-    imageStore(out_trace_moments, ivec2(p), moments / count.x);
+    imageStore(out_trace_moments, ivec2(p), moments / float(max(rays, 1u)));
 }

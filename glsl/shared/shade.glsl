@@ -7,6 +7,7 @@
 #include "shared/surface.glsl"
 #include "lib/brdf.glsl"
 #include "lib/color.glsl"
+#include "lib/finite.glsl"
 
 const float DIELECTRIC_F0 = 0.04;   // index of refraction 1.5, glTF's default
 
