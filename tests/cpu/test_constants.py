@@ -53,6 +53,7 @@ def found(file: str) -> dict[str, str]:
         ("lib/mask.glsl", "RAYS_END_PX", hybrid_twin.RAYS_END_PX),
         ("lib/mask.glsl", "REACH_MARGIN_HALF", hybrid_twin.REACH_MARGIN_HALF),
         ("lib/mask.glsl", "RIM", hybrid_twin.RIM),
+        ("lib/mask.glsl", "MOST_REACH_HALF", hybrid_twin.MOST_REACH_HALF),
         ("lib/errors.glsl", "RELATIVE_EPSILON", RELATIVE_EPSILON),
         ("lib/gradient.glsl", "DARK", hybrid_twin.DARK),
         ("lib/gradient.glsl", "DRIFT", hybrid_twin.DRIFT),
