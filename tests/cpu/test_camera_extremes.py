@@ -39,6 +39,15 @@ def assert_rigid(camera: Camera, ulps: float = 8.0) -> None:
     np.testing.assert_allclose(view @ [*camera.eye, 1.0], [0, 0, 0, 1], atol=ulps * EPS * reach)
 
 
+def sentence(eye: Vec3, target: Vec3, up: Vec3, fov: float) -> str | None:
+    """What a user is told of such a camera; None where it can be used."""
+    try:
+        look_at(eye, target, up, fov)
+    except UserError as error:
+        return str(error)
+    return None
+
+
 # -- any numbers -------------------------------------------------------------------------------------------------------
 
 
@@ -49,17 +58,17 @@ def assert_rigid(camera: Camera, ulps: float = 8.0) -> None:
 @example(eye=(0.0, 0.0, 0.0), target=(0.0, 0.0, -1e308), up=(0.0, 1.0, 0.0), fov=5e-324)
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_numbers_of_any_size_are_a_rigid_view_or_a_sentence(eye: Vec3, target: Vec3, up: Vec3, fov: float) -> None:
-    try:
-        camera = look_at(eye, target, up, fov)
-    except UserError as error:
-        assert "camera" in str(error)
-        assert "\n" not in str(error)
-    else:
-        assert_rigid(camera)
-        assert max(map(abs, camera.eye)) <= SKY_DEPTH
-        assert np.linalg.norm(camera.up) == pytest.approx(1.0, abs=4 * EPS)
-        lens = coc_scale_px(1.0, 16384, camera.fov_y), *projection(camera.fov_y, 16384.0, 1e-9).ravel()
-        assert np.isfinite(np.array(lens, np.float32)).all()
+    refused = sentence(eye, target, up, fov)
+    if refused is not None:
+        assert "camera" in refused
+        assert "\n" not in refused
+        return
+    camera = look_at(eye, target, up, fov)
+    assert_rigid(camera)
+    assert max(map(abs, camera.eye)) <= SKY_DEPTH
+    assert np.linalg.norm(camera.up) == pytest.approx(1.0, abs=4 * EPS)
+    lens = coc_scale_px(1.0, 16384, camera.fov_y), *projection(camera.fov_y, 16384.0, 1e-9).ravel()
+    assert np.isfinite(np.array(lens, np.float32)).all()
 
 
 @given(eye=st.tuples(*[places] * 3), away=directions, up=directions)
@@ -88,7 +97,7 @@ def test_a_camera_file_keeps_the_direction_however_far_out(
 
 @pytest.mark.parametrize("fov", [0.0, -1.0, 5e-324, 0.09, 179.1, 180.0, 1e308, math.nan, math.inf])
 def test_a_field_of_view_that_no_picture_has_is_refused(fov: float) -> None:
-    with pytest.raises(UserError, match="field of view|not finite"):
+    with pytest.raises(UserError, match=r"field of view|not finite"):
         look_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), fov_y_deg=fov)
 
 
