@@ -114,6 +114,13 @@ def test_an_up_that_says_something_is_heeded_to_the_last(degrees: float, vertica
     assert_rigid(camera)
 
 
+@pytest.mark.parametrize("length", [5e-324, 1e-300, 1e-160, 1.0, 1e160, 1e308])
+def test_an_up_of_any_length_is_the_same_up(length: float) -> None:
+    """Its square may overflow or vanish; its direction says which way is up all the same."""
+    camera = look_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), (length, length, 0.0))
+    np.testing.assert_allclose(camera.up, (math.sqrt(0.5), math.sqrt(0.5), 0.0), atol=2 * EPS)
+
+
 @given(heading=st.floats(-math.pi, math.pi), vertical=st.sampled_from([-1.0, 1.0]), yaw=st.floats(-3.0, 3.0))
 def test_turning_away_from_straight_down_goes_on_from_what_is_seen(heading: float, vertical: float, yaw: float) -> None:
     """Looking straight up or down, the heading is the picture's: the first touch of the mouse must not spin it."""
