@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from pyrr import matrix44, vector3
 
 from .errors import UserError
-from .optics import SKY_DEPTH
 from .settings import Lens
 
 Array = NDArray[np.float64]
 Vec3 = tuple[float, float, float]
 
+FARTHEST_M = 1e10  # an eye's coordinates: from there the largest scene, of 1e9 m either way, fits into a picture
 # Vertical fields of view [degrees]. Below, a pixel of a picture 1080 px high would span less than 14 of the steps in
 # which float32 tells directions apart (2^-23 rad); above, the outer half of the picture would show the last degree.
 FOV_Y_DEG = (0.1, 179.0)
@@ -59,7 +59,7 @@ class Camera:
     def moved(self, right: float, up: float, forward: float) -> Camera:
         """Translated by metres along its own right and forward axes and the world's up, as far as there is a world."""
         shift = right * np.asarray(self.right) + forward * np.asarray(self.forward) + up * np.asarray((0.0, 1.0, 0.0))
-        return replace(self, eye=_vec(np.clip(np.asarray(self.eye) + shift, -SKY_DEPTH, SKY_DEPTH)))
+        return replace(self, eye=_vec(np.clip(np.asarray(self.eye) + shift, -FARTHEST_M, FARTHEST_M)))
 
     def turned(self, yaw: float, pitch: float) -> Camera:
         """Turned left by `yaw` and up by `pitch` [rad] about the world's up, stopping short of straight up and down."""
@@ -97,8 +97,8 @@ def look_at(eye: Vec3, target: Vec3, up: Vec3 = (0.0, 1.0, 0.0), fov_y_deg: floa
     numbers = np.asarray([*eye, *target, *up, fov_y_deg], float)
     if not np.isfinite(numbers).all():
         raise UserError("the camera has a number that is not finite")
-    if max(map(abs, eye)) > SKY_DEPTH:
-        raise UserError(f"the camera's eye is farther out than any scene; give coordinates up to {SKY_DEPTH:g} m")
+    if max(map(abs, eye)) > FARTHEST_M:
+        raise UserError(f"the camera's eye is farther out than any scene; give coordinates up to {FARTHEST_M:g} m")
     direction = np.subtract(target, eye)
     distance = math.hypot(*direction)
     if not math.isfinite(distance):

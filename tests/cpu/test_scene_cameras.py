@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.camera import FOV_Y_DEG, look_at
+from app.camera import FARTHEST_M, FOV_Y_DEG, look_at
 from app.scene.load import load_scene
 from app.scene.model import Scene
 
@@ -29,7 +29,7 @@ def scene_with_camera(tmp_path: Path, yfov: float = 0.7, extras: object = None, 
         (1e-300, {}),
         (math.radians(FOV_Y_DEG[0]) * 0.99, {}),
         (math.radians(FOV_Y_DEG[1]) * 1.001, {}),
-        (0.7, {"translation": [1e10, 0, 0]}),
+        (0.7, {"translation": [1.01 * FARTHEST_M, 0, 0]}),
         (0.7, {"translation": [0, 1e300, 0]}),
     ],
 )
