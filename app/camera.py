@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pyrr import matrix44, vector3
 
 from .errors import UserError
@@ -21,7 +21,12 @@ from .settings import Lens
 Array = NDArray[np.float64]
 Vec3 = tuple[float, float, float]
 
-STRAIGHT = 0.9999  # |cos| between view direction and up above which `up` is replaced: look-at would be undefined
+FARTHEST_M = 1e10  # an eye's coordinates: from there the largest scene, of 1e9 m either way, fits into a picture
+# Vertical fields of view [degrees]. Below, a pixel of a picture 1080 px high would span less than 14 of the steps in
+# which float32 tells directions apart (2^-23 rad); above, the outer half of the picture would show the last degree.
+FOV_Y_DEG = (0.1, 179.0)
+STRAIGHT = 1e-6  # sine of the angle between view direction and up below which `up` is replaced: it says nothing more
+STEEPEST = math.radians(89.0)  # elevation at which turning up or down stops
 
 
 @dataclass(frozen=True)
@@ -45,21 +50,25 @@ class Camera:
 
     def view(self) -> Array:
         """World to view space, -z forward (4, 4)."""
-        eye, forward = np.asarray(self.eye, float), np.asarray(self.forward, float)
-        up = np.asarray(safe_up(self.forward, self.up), float)
-        return np.asarray(matrix44.create_look_at(eye, eye + forward, up, dtype=float).T)
+        forward, up = np.asarray(self.forward, float), np.asarray(safe_up(self.forward, self.up), float)
+        # Turned about the origin, then moved: a target made as eye + forward would lose as many digits as the eye has.
+        view = np.array(matrix44.create_look_at(np.zeros(3), forward, up, dtype=float).T)
+        view[:3, 3] = -view[:3, :3] @ np.asarray(self.eye, float)
+        return view
 
     def moved(self, right: float, up: float, forward: float) -> Camera:
-        """Translated by metres along its own right and forward axes and the world's up."""
+        """Translated by metres along its own right and forward axes and the world's up, as far as there is a world."""
         shift = right * np.asarray(self.right) + forward * np.asarray(self.forward) + up * np.asarray((0.0, 1.0, 0.0))
-        return replace(self, eye=_vec(np.asarray(self.eye) + shift))
+        return replace(self, eye=_vec(np.clip(np.asarray(self.eye) + shift, -FARTHEST_M, FARTHEST_M)))
 
     def turned(self, yaw: float, pitch: float) -> Camera:
         """Turned left by `yaw` and up by `pitch` [rad] about the world's up, stopping short of straight up and down."""
-        forward = np.asarray(self.forward, float)
-        elevation = math.asin(float(np.clip(forward[1], -1.0, 1.0)))
-        azimuth = math.atan2(-forward[0], -forward[2]) + yaw
-        elevation = float(np.clip(elevation + pitch, -1.553, 1.553))  # 89 degrees
+        elevation = math.asin(float(np.clip(self.forward[1], -1.0, 1.0)))
+        # Beyond the steepest, the heading is what is up in the picture, or down in it for who looks up.
+        steep = abs(elevation) > STEEPEST
+        ahead = np.asarray(self.true_up) * -math.copysign(1.0, elevation) if steep else np.asarray(self.forward)
+        azimuth = math.atan2(-ahead[0], -ahead[2]) + yaw
+        elevation = float(np.clip(elevation + pitch, -STEEPEST, STEEPEST))
         c = math.cos(elevation)
         return replace(
             self, forward=(-math.sin(azimuth) * c, math.sin(elevation), -math.cos(azimuth) * c), up=(0.0, 1.0, 0.0)
@@ -88,25 +97,44 @@ def look_at(eye: Vec3, target: Vec3, up: Vec3 = (0.0, 1.0, 0.0), fov_y_deg: floa
     numbers = np.asarray([*eye, *target, *up, fov_y_deg], float)
     if not np.isfinite(numbers).all():
         raise UserError("the camera has a number that is not finite")
+    if max(map(abs, eye)) > FARTHEST_M:
+        raise UserError(f"the camera's eye is farther out than any scene; give coordinates up to {FARTHEST_M:g} m")
     direction = np.subtract(target, eye)
     distance = math.hypot(*direction)
     if not math.isfinite(distance):
         raise UserError("the camera's eye and target are too far apart")
     if distance < 1e-12:
         raise UserError("the camera's eye and target coincide; give a target in front of it")
-    if not 0.0 < fov_y_deg < 180.0:
-        raise UserError(f"the camera's field of view is {fov_y_deg:g} degrees; give a value between 0 and 180")
+    narrowest, widest = FOV_Y_DEG
+    if not narrowest <= fov_y_deg <= widest:
+        raise UserError(
+            f"the camera's field of view is {fov_y_deg:g} degrees; give a value from {narrowest:g} to {widest:g}"
+        )
     forward = _vec(direction / distance)
     return Camera(_vec(np.asarray(eye, float)), forward, safe_up(forward, up), math.radians(fov_y_deg))
 
 
 def safe_up(forward: Vec3, up: Vec3) -> Vec3:
     """`up` as a unit vector, or the axis least along `forward` where `up` is zero or parallel to it."""
-    vector = np.asarray(up, float)
-    length = float(np.linalg.norm(vector))
-    if length > 0.0 and abs(float(np.dot(vector / length, forward))) < STRAIGHT:
-        return _vec(vector / length)
+    vector = unit(up)
+    if np.linalg.norm(np.cross(forward, vector)) > STRAIGHT:
+        return _vec(vector)
     return _vec(np.eye(3)[int(np.argmin(np.abs(forward)))])
+
+
+def unit(vector: ArrayLike) -> Array:
+    """The vector (3,) at length 1, whatever its length; zero stays zero."""
+    vector = np.asarray(vector, float)
+    longest = np.abs(vector).max()
+    if longest == 0.0:
+        return vector
+    scaled = vector / longest  # neither too long nor too short to square
+    return np.asarray(scaled / np.linalg.norm(scaled))
+
+
+def target_of(eye: Vec3, forward: Vec3) -> Vec3:
+    """A place straight ahead: a metre away, or as far as the eye is out, where a metre would round the direction."""
+    return _vec(np.asarray(eye, float) + max(1.0, *map(abs, eye)) * np.asarray(forward, float))
 
 
 def projection(fov_y: float, aspect: float, near: float) -> Array:
@@ -178,7 +206,7 @@ def camera_values(camera: Camera) -> dict[str, Any]:
     """A camera as camera files and picture metadata hold it."""
     return {
         "eye": list(camera.eye),
-        "target": [e + f for e, f in zip(camera.eye, camera.forward, strict=True)],
+        "target": list(target_of(camera.eye, camera.forward)),
         "up": list(camera.up),
         "fov_y_deg": math.degrees(camera.fov_y),
     }

@@ -43,7 +43,7 @@ class Lens:
         log=True,
     )
     focus_distance: float = knob(
-        2.0, 1e-3, 1e6, unit="m", doc="Planar distance of the plane in perfect focus.", log=True
+        2.0, 1e-3, 1e6, unit="m", doc="Planar distance of the plane in perfect focus; 1e6 is infinity.", log=True
     )
     blades: int = knob(0, 0, 16, doc="Sides of the aperture polygon; below 3 it is a circle.")
     rotation: float = knob(0.0, -180.0, 180.0, unit="deg", doc="Turns the aperture counter-clockwise.")

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..camera import look_at, target_of, unit
+from ..errors import UserError
 from .gltf_animation import Animation
 from .gltf_file import GltfFile, Json
 from .model import F64, Light, SceneCamera
@@ -108,8 +110,7 @@ def _vector(values: Any, length: int) -> F64:
 def _direction(world: F64, local: tuple[float, float, float]) -> F64:
     """World direction of a node's local axis, unit; scale means nothing to cameras and lights (spec, 3.10)."""
     vector = world[:3, :3] @ np.asarray(local)
-    length = np.linalg.norm(vector)
-    return vector / length if length > 0.0 else np.asarray(local)
+    return unit(vector) if vector.any() else np.asarray(local)
 
 
 def read_camera(file: GltfFile, node: Node, notes: list[str]) -> SceneCamera | None:
@@ -125,10 +126,14 @@ def read_camera(file: GltfFile, node: Node, notes: list[str]) -> SceneCamera | N
     extras = camera.get("extras")
     extras = extras if isinstance(extras, dict) else {}
     focus, aperture = _positive(extras.get("focus_distance")), _positive(extras.get("aperture"), zero=True)
-    eye = node.world[:3, 3]
-    target = eye + (focus or 1.0) * _direction(node.world, (0.0, 0.0, -1.0))
-    up = _direction(node.world, (0.0, 1.0, 0.0))
-    return SceneCamera(_triple(eye), _triple(target), _triple(up), math.degrees(fov), focus, aperture, name)
+    eye, forward = _triple(node.world[:3, 3]), _triple(_direction(node.world, (0.0, 0.0, -1.0)))
+    target, up = target_of(eye, forward), _triple(_direction(node.world, (0.0, 1.0, 0.0)))
+    try:
+        look_at(eye, target, up, math.degrees(fov))
+    except UserError as error:
+        notes.append(f"Camera {name!r} was dropped: {error}.")
+        return None
+    return SceneCamera(eye, target, up, math.degrees(fov), focus, aperture, name)
 
 
 def _positive(value: object, zero: bool = False) -> float | None:

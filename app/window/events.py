@@ -11,6 +11,7 @@ from ..panel.input import UiInput
 from ..panel.model import Request, Wish
 from ..panel.panel import Panel
 from ..presets import SUFFIX
+from ..session import in_lens_range
 from ..settings import put
 from .desktop import Desktop
 from .stage import Stage
@@ -157,5 +158,6 @@ class Events:
         if depth is None:
             state.say("nothing there to focus on")
         else:
-            state.look = replace(state.look, settings=put(state.look.settings, "lens.focus_distance", depth))
-            state.say(f"focus at {depth:.3g} m")
+            focus = in_lens_range("focus_distance", depth)
+            state.look = replace(state.look, settings=put(state.look.settings, "lens.focus_distance", focus))
+            state.say(f"focus at {focus:.3g} m")

@@ -32,10 +32,15 @@ float own_slope(vec3 differences) {
     return s.x == s.y && s.y == s.z ? s.x * min(size.x, min(size.y, size.z)) : 0.0;
 }
 
+// Reach beyond which nothing changes [half-res px]: a picture of 16384 x 16384 px, the most that drivers offer, has a
+// half-res diagonal of 11 586 px and thus lies within 1 - RIM of it as a whole. float16 holds it, and no count of
+// texels overflows.
+const float MOST_REACH_HALF = 16384.0;
+
 // How far [half-res px] the blur of a near surface of signed CoC radius `coc` [full-res px] carries its edge; 0 where
 // rays gain nothing.
 float edge_reach_half(float coc) {
-    return coc < -RAYS_BEGIN_PX ? -0.5 * coc + REACH_MARGIN_HALF : 0.0;
+    return coc < -RAYS_BEGIN_PX ? min(-0.5 * coc + REACH_MARGIN_HALF, MOST_REACH_HALF) : 0.0;
 }
 
 // Texels that a row of the dilation searches to either side at most: then the mask's texel is 1/64 of the largest blur.

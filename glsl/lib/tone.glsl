@@ -6,10 +6,12 @@ vec3 srgb_encode(vec3 linear) {
     return mix(curve, 12.92 * linear, lessThanEqual(linear, vec3(0.0031308)));
 }
 
+const float LONG_WHITE = 1e6;  // far beyond where any curve ends in white, and its square far from overflow
+
 // Filmic curve: a rational fit of the ACES reference rendering and sRGB output transforms (Narkowicz 2015), with its
 // 0.6 exposure.
 vec3 tone_aces(vec3 light) {
-    vec3 x = 0.6 * light;
+    vec3 x = 0.6 * min(light, LONG_WHITE);
     return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }
 

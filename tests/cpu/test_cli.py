@@ -163,6 +163,26 @@ def test_bad_input_is_one_sentence_that_names_it(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("value", ["-1", "nan", "inf", "-inf", "1e400", ""])
+@pytest.mark.parametrize("path", ["lens.aperture", "lens.focus_distance"])
+def test_a_lens_that_cannot_be_is_refused_by_the_command_and_by_a_camera_file(
+    path: str, value: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert f"--{path}" in refused(capsys, "plan", "still-life", f"--{path}={value}")
+    file, key = tmp_path / "camera.json", path.removeprefix("lens.")
+    file.write_text(f'{{"eye": [0, 1, 3], "target": [0, 1, 0], "{key}": "{value}"}}')
+    assert key in refused(capsys, "plan", "still-life", "--camera", str(file))
+
+
+@pytest.mark.parametrize("fov", ["0", "-45", "180", "1e-9", "NaN", "Infinity", "null"])
+def test_a_camera_file_without_a_field_of_view_is_refused(
+    fov: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "camera.json"
+    file.write_text(f'{{"eye": [0, 1, 3], "target": [0, 1, 0], "fov_y_deg": {fov}}}')
+    assert str(file) in refused(capsys, "plan", "still-life", "--camera", str(file))
+
+
 @pytest.mark.parametrize("path", LEAVES)
 def test_every_setting_is_an_option_that_is_checked(path: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert f"--{path}" in refused(capsys, "plan", "still-life", f"--{path}", "certainly not")

@@ -18,7 +18,7 @@ from app.gpu.textures import NO_TEXTURE
 from app.measure.metrics import RELATIVE_EPSILON
 from app.panel.colormap import DIVERGING
 from app.settings import Settings, ToneMap, walk
-from tests.gpu import hybrid_twin, post_twin
+from tests.gpu import hybrid_twin, library_twin, post_twin
 
 _FILES = {name: re.sub(r"//[^\n]*", "", text) for name, text in load_glsl().items()}
 _CONSTANT = re.compile(r"const\s+(?:float|uint|int)\s+(\w+)\s*=\s*([^;]+);")
@@ -53,6 +53,7 @@ def found(file: str) -> dict[str, str]:
         ("lib/mask.glsl", "RAYS_END_PX", hybrid_twin.RAYS_END_PX),
         ("lib/mask.glsl", "REACH_MARGIN_HALF", hybrid_twin.REACH_MARGIN_HALF),
         ("lib/mask.glsl", "RIM", hybrid_twin.RIM),
+        ("lib/mask.glsl", "MOST_REACH_HALF", hybrid_twin.MOST_REACH_HALF),
         ("lib/errors.glsl", "RELATIVE_EPSILON", RELATIVE_EPSILON),
         ("lib/gradient.glsl", "DARK", hybrid_twin.DARK),
         ("lib/gradient.glsl", "DRIFT", hybrid_twin.DRIFT),
@@ -60,6 +61,8 @@ def found(file: str) -> dict[str, str]:
         ("lib/hit_layers.glsl", "SAME_DEPTH_SHARE", hybrid_twin.SAME_DEPTH_SHARE),
         ("lib/mask.glsl", "EDGE_WORTH", hybrid_twin.EDGE_WORTH),
         ("lib/mask.glsl", "FARTHEST_TEXELS", hybrid_twin.FARTHEST_TEXELS),
+        ("lib/work_list.glsl", "GROUP_ITEMS", library_twin.GROUP_ITEMS),
+        ("lib/work_list.glsl", "ROW_GROUPS", library_twin.ROW_GROUPS),
         ("shared/scene.glsl", "NO_TEXTURE", NO_TEXTURE),
         ("shared/objects.glsl", "OBJECT_SHIFT", arrays.OBJECT_SHIFT),
         ("rays/traverse.glsl", "LAST_PLANE", pack.LAST_PLANE),

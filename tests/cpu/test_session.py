@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.camera import Camera, Viewpoint, read_viewpoint, write_viewpoint
+from app.camera import FARTHEST_M, Camera, Viewpoint, read_viewpoint, write_viewpoint
+from app.scene.validate import MAX_COORDINATE
 from app.session import focused, framing
 from app.settings import Lens, Settings
 
@@ -22,6 +23,11 @@ def test_a_framed_scene_of_any_size_can_be_saved_and_read(extent: float, tmp_pat
     write_viewpoint(tmp_path / "view.json", Viewpoint(view.camera, lens.focus_distance, lens.aperture))
     back = read_viewpoint(tmp_path / "view.json")
     assert (back.focus_distance, back.aperture) == (lens.focus_distance, lens.aperture)
+
+
+def test_the_largest_scene_is_framed_from_within_the_world() -> None:
+    corner = np.full(3, MAX_COORDINATE)
+    assert max(map(abs, framing(-corner, corner).camera.eye)) < FARTHEST_M
 
 
 def test_what_the_user_gives_wins_over_the_viewpoint_and_what_neither_gives_stays() -> None:

@@ -18,6 +18,7 @@ REACH_MARGIN_HALF = 1.0  # half-res px
 RIM = 0.25
 RAYS_BEGIN_PX, RAYS_END_PX = 2.0, 4.0
 FARTHEST_TEXELS = 32.0
+MOST_REACH_HALF = 16384.0  # half-res px
 EDGE_WORTH = 0.1
 MOST_GATHER_HALF = 6.0  # half-res px
 PRIOR_RAYS = 8.0
@@ -52,7 +53,7 @@ def own_slope(differences: ArrayLike) -> Array:
 def edge_reach_half(coc: ArrayLike) -> Array:
     """How far [half-res px] a near surface's blur carries its edge; 0 where rays gain nothing. `coc` in full-res px."""
     coc = np.asarray(coc, np.float64)
-    return np.where(coc < -RAYS_BEGIN_PX, -0.5 * coc + REACH_MARGIN_HALF, 0.0)
+    return np.where(coc < -RAYS_BEGIN_PX, np.minimum(-0.5 * coc + REACH_MARGIN_HALF, MOST_REACH_HALF), 0.0)
 
 
 def mask_level(largest_reach: ArrayLike) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
+import pytest
 
 from app import optics
 
@@ -41,3 +42,44 @@ def test_sign_and_order_survive_float32(ctx: moderngl.Context) -> None:
     ordered = np.sort(DEPTH)
     values = call_glsl(ctx, "lib/coc.glsl", "float coc_px(float z, float k, float i)", ordered, 100.0, 0.5)
     assert (np.diff(values) >= 0.0).all()
+
+
+COC = "float coc_px(float z, float k, float i)"
+
+
+def stepped(values: np.ndarray, ulps: int) -> np.ndarray:
+    """Positive float32 moved by a number of representable values."""
+    return (values.view(np.int32) + ulps).view(np.float32)
+
+
+@pytest.mark.parametrize("ulps", [-1000, -16, -4, 4, 16, 1000])
+def test_the_sign_is_right_from_four_float32_depths_beside_focus(ctx: moderngl.Context, ulps: int) -> None:
+    """The reciprocal errs by 2.5 ulps on any GPU and by half of one here, where the sign is never wrong at all."""
+    coc = call_glsl(ctx, "lib/coc.glsl", COC, stepped(FOCUS, ulps), 1.0, 1.0 / FOCUS.astype(float))
+    assert (np.sign(coc) == np.sign(ulps)).all()
+
+
+def test_at_focus_the_blur_is_the_rounding_of_a_reciprocal(ctx: moderngl.Context) -> None:
+    """Focused at d in float64, of which depth holds the nearest float32: at most four ulps of K / d, and mostly 0.
+
+    K (z - d) / (z d) would be exactly 0 (Sterbenz 1974), but its error far from focus is half as large again, and it
+    has no value at infinity. Half an ulp is far below the half pixel that counts as in focus.
+    """
+    coc = call_glsl(ctx, "lib/coc.glsl", COC, FOCUS, 1.0, 1.0 / FOCUS.astype(float)).astype(float)
+    assert (np.abs(coc) <= 4.0 * EPS / FOCUS).all()
+    assert (coc == 0.0).mean() > 0.5
+
+
+def test_infinite_and_vanishing_depths_have_their_limits(ctx: moderngl.Context) -> None:
+    """Nothing is blurred more than what is at infinity, and a depth whose reciprocal overflows blurs to the limit."""
+    inverse = INVERSE.astype(float)
+    for far in (np.inf, optics.SKY_DEPTH):
+        coc = call_glsl(ctx, "lib/coc.glsl", COC, far, SCALE, INVERSE).astype(float)
+        np.testing.assert_allclose(
+            coc, SCALE.astype(float) * inverse, rtol=EPS, atol=2 / optics.SKY_DEPTH * SCALE.max()
+        )
+        assert (gpu_coc(ctx, DEPTH) <= coc * (1.0 + 4.0 * EPS)).all()
+    tiny = np.array([2.0**-149, 1e-40, 2.0**-127], np.float32)
+    call = "float limited(float z, float k, float i)"
+    extra = '#include "lib/splat.glsl"\n' + call + " { return gathered_coc(coc_px(z, k, i), 100.0); }"
+    assert (call_glsl(ctx, "lib/coc.glsl", call, tiny, 1.0, 0.5, extra=extra) == -100.0).all()

@@ -128,6 +128,17 @@ def test_a_click_focuses_a_drag_does_not_and_the_sky_is_no_target(rig: Rig) -> N
     assert state.look.settings.lens.focus_distance == 2.0
 
 
+@pytest.mark.parametrize(("depth", "focus"), [(1e-7, 1e-3), (3e8, 1e6)])
+def test_a_click_on_what_is_too_near_or_far_focuses_as_near_it_as_settings_allow(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, depth: float, focus: float
+) -> None:
+    """What a click set must be worth saving: a camera file or preset beyond the range would not be read again."""
+    events, state, _ = rig
+    monkeypatch.setattr(FakeStage, "depth_at", lambda *_: depth)
+    click(events, 100.0, 100.0)
+    assert state.look.settings.lens.focus_distance == focus
+
+
 @pytest.mark.parametrize("forget", ["focus", "release"])
 def test_a_right_drag_looks_until_it_ends(rig: Rig, forget: str) -> None:
     events, state, _ = rig
