@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bvh.pack import from_lowest_corner
 from ..scene.model import U32, Light, Material, TextureSlot, Triangles
 from .layout import LIGHT, MATERIAL, VERTEX
 from .octahedral import pack_normals, pack_tangents
@@ -82,16 +83,18 @@ def pack_lights(lights: Sequence[Light]) -> NDArray[Any]:
 def oriented(triangles: Triangles) -> Triangles:
     """The same triangles, each wound so that its front is the side its vertex normals point to.
 
-    Winding then tells raster (`gl_FrontFacing`) and rays alike on which side of a two-sided surface the viewer is.
+    Winding then tells raster (`gl_FrontFacing`) and rays alike on which side of a two-sided surface the viewer is. Each
+    begins with the corner that `from_lowest_corner` picks.
     """
     p, i = triangles.positions, triangles.indices
     corner = p[i[:, 0]]
     cross = np.cross(p[i[:, 1]] - corner, p[i[:, 2]] - corner)
     normal = triangles.normals[i[:, 0]] + triangles.normals[i[:, 1]] + triangles.normals[i[:, 2]]
     away = np.einsum("ij,ij->i", cross, normal) < 0.0
-    return replace(triangles, indices=np.where(away[:, None], i[:, ::-1], i).astype(np.uint32))
+    wound = np.where(away[:, None], i[:, ::-1], i).astype(np.uint32)
+    return replace(triangles, indices=from_lowest_corner(p, wound))
 
 
-def draw_order(triangles: Triangles, masked: NDArray[np.bool_]) -> NDArray[np.uint32]:
-    """(m, 3) indices, opaque triangles before alpha-masked ones: holes are then tested only where they can be seen."""
-    return triangles.indices[np.argsort(masked[triangles.materials[triangles.indices[:, 0]]], kind="stable")]
+def draw_order(triangles: Triangles, masked: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """(m,) triangles as they are drawn, opaque before alpha-masked ones: holes are tested only where they can be seen."""
+    return np.argsort(masked[triangles.materials[triangles.indices[:, 0]]], kind="stable")

@@ -58,7 +58,6 @@ class GpuScene:
         self.facts: SceneFacts = scene_facts(scene, *bounds(triangles))
         self.near_plane = near_plane(self.facts.low, self.facts.high)
         self.triangle_count = len(triangles.indices)
-        masked = np.array([m.alpha_cutoff is not None for m in scene.materials])
         self.textures = SceneTextures(ctx, scene.images, self.facts.textured)
         self._in_textures = in_textures(ctx) if textures is None else textures
         self._records: dict[str, Records] = {}
@@ -77,7 +76,9 @@ class GpuScene:
             self._records["Objects"] = self.objects.records
         block = self._records["Vertices"]
         self._vertices = ctx.buffer(vertices.tobytes()) if isinstance(block, RecordTexture) else block
-        self._indices = ctx.buffer(draw_order(triangles, masked).tobytes())
+        masked = np.array([m.alpha_cutoff is not None for m in scene.materials])
+        self._drawn = draw_order(triangles, masked)
+        self._indices = ctx.buffer(triangles.indices[self._drawn].tobytes())
         self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
         self._bvh_defines: dict[str, int] = {}
         self.shadow = ShadowMap(ctx, self, self.facts.low, self.facts.high)
@@ -118,7 +119,7 @@ class GpuScene:
         t = self._triangles
         self._upload(
             Triangles=pack_triangles(bvh.order, t.indices, material_words(t)),
-            TrianglePositions=pack_triangle_positions(bvh.order, t.positions, t.indices),
+            TrianglePositions=pack_triangle_positions(bvh.order, t.positions, t.indices, np.argsort(self._drawn)),
             BvhNodes=bvh.nodes,
         )
         self._bvh_defines = {"BVH_STACK": stack_entries(bvh.depth)}

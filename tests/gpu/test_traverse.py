@@ -202,17 +202,6 @@ def test_axis_aligned_rays_stay_inside_an_axis_aligned_box(ctx: moderngl.Context
     mesh.release()
 
 
-def test_coincident_triangles_answer_with_the_first_in_leaf_order(ctx: moderngl.Context) -> None:
-    rng = np.random.default_rng(5)
-    sheet = np.array([[[-1, -1, 0], [1, -1, 0], [0, 1, 0]]], float)
-    mesh = Mesh.of(ctx, np.concatenate([np.repeat(sheet, 500, axis=0), sheet[:, [1, 2, 0]] + [5, 0, 0]]))
-    origins = np.column_stack([rng.uniform(-0.2, 0.2, (1000, 2)), np.ones(1000)])
-    result = mesh.trace(origins, np.broadcast_to([0.0, 0, -1], (1000, 3)))
-    assert result.hit.all()
-    assert (result.place == np.flatnonzero(mesh.bvh.order < 500)[0]).all()
-    mesh.release()
-
-
 def scattered(rng: np.random.Generator, shape: str) -> np.ndarray:
     """(500, 3, 3) random triangles."""
     corners = rng.uniform(-4, 4, (500, 1, 3)) + rng.normal(scale=0.4, size=(500, 3, 3))
