@@ -96,5 +96,5 @@ def oriented(triangles: Triangles) -> Triangles:
 
 
 def draw_order(triangles: Triangles, masked: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """(m,) triangles as they are drawn, opaque before alpha-masked ones: holes are tested only where they can be seen."""
+    """(m,) triangles in the order of drawing, opaque before alpha-masked ones: holes then count only where seen."""
     return np.argsort(masked[triangles.materials[triangles.indices[:, 0]]], kind="stable")

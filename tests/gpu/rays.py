@@ -80,7 +80,7 @@ class Mesh:
         ctx: moderngl.Context, corners: np.ndarray, materials: np.ndarray | None = None,
         drawn: np.ndarray | None = None,
     ) -> Mesh:  # fmt: skip
-        """A mesh from loose corners (m, 3, 3), with a material and a place in the order of drawing for each triangle."""
+        """A mesh from loose corners (m, 3, 3); each triangle with a material and a place in the order of drawing."""
         indices = np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3)
         materials = None if materials is None else np.repeat(materials, 3)
         return Mesh(ctx, corners.reshape(-1, 3), indices, materials, drawn=drawn)
