@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bvh.pack import from_lowest_corner
-from ..scene.model import U32, Light, Material, TextureSlot, Triangles
+from ..scene.model import F64, U32, Light, Material, TextureSlot, Triangles
 from .layout import LIGHT, MATERIAL, VERTEX
 from .octahedral import pack_normals, pack_tangents
 from .textures import Place, slot_bits
@@ -64,12 +64,12 @@ def pack_materials(materials: Sequence[Material], places: Sequence[Place]) -> ND
     return records
 
 
-def pack_lights(lights: Sequence[Light]) -> NDArray[Any]:
-    """(n,) LIGHT records, suns first: the first sun is the one with the shadow map."""
+def pack_lights(lights: Sequence[Light], origin: F64) -> NDArray[Any]:
+    """(n,) LIGHT records about the scene's origin, suns first: the first sun is the one with the shadow map."""
     ordered = sorted(lights, key=lambda light: light.kind != "sun")
     records = np.zeros(len(ordered), LIGHT)
     for i, (record, light) in enumerate(zip(records, ordered, strict=True)):
-        record["position"], record["direction"] = light.position, light.direction
+        record["position"], record["direction"] = np.subtract(light.position, origin), light.direction
         record["kind"] = _KINDS[light.kind]
         record["intensity"] = np.multiply(light.color, light.intensity)
         record["inverse_range"] = 1.0 / light.range if light.range > 0.0 else 0.0

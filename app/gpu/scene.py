@@ -66,7 +66,7 @@ class GpuScene:
             self._upload(
                 Vertices=vertices,
                 Materials=pack_materials(scene.materials, self.textures.places),
-                Lights=pack_lights(scene.lights),
+                Lights=pack_lights(scene.lights, triangles.origin),
             )
         except UserError:
             self.textures.release()
@@ -81,7 +81,8 @@ class GpuScene:
         self._indices = ctx.buffer(triangles.indices[self._drawn].tobytes())
         self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
         self._bvh_defines: dict[str, int] = {}
-        self.shadow = ShadowMap(ctx, self, self.facts.low, self.facts.high)
+        self.origin = triangles.origin  # (3,) m, world: all that shaders see is relative to it
+        self.shadow = ShadowMap(ctx, self, *(np.subtract(c, self.origin) for c in (self.facts.low, self.facts.high)))
         self.environment: Environment = scene.environment
         self.sun: Light | None = next((light for light in scene.lights if light.kind == "sun"), None)
 

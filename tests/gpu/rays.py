@@ -118,7 +118,9 @@ class MovingMesh:
     def corners(self, time_s: float) -> np.ndarray:
         """(m, 3, 3) of all triangles in the world, float64."""
         t = self.triangles
-        there = np.concatenate([np.eye(4)[None], places(t.moving, time_s)])[t.objects]
+        still = np.eye(4)[None]
+        still[0, :3, 3] = t.origin
+        there = np.concatenate([still, places(t.moving, time_s)])[t.objects]
         world = np.einsum("nij,nj->ni", there[:, :3, :3], t.positions.astype(float)) + there[:, :3, 3]
         return world[t.indices]
 
@@ -129,7 +131,7 @@ class MovingMesh:
         """Runs `call` for every ray, with the scene as it is at a time; `triangle` is its index in `corners`."""
         self.gpu.place(time_s, time_s)
         defines = {"OBJECTS": 1, **{k: v for k, v in self.gpu.defines.items() if k.endswith("_STACK")}}
-        rays, limits = (origins, directions), (t_min, t_max)
+        rays, limits = (origins - self.triangles.origin, directions), (t_min, t_max)
         return trace_rays(self.ctx, self.gpu.blocks, self.order, defines, rays, limits, call, "")
 
     def release(self) -> None:
