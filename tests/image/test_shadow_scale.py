@@ -27,9 +27,9 @@ PLACES = [
 ]
 FLOOR, BALL = 4.0, 1.0  # m: half the floor's side and the ball's radius, before scaling
 Point = tuple[float, float, float]
-WIDEST_TEXEL = 2 * FLOOR * np.sqrt(2) / MAP_SIZE  # m, before scaling: the map is no wider than the floor's diagonal
-# Of the shadow map, straight up, under a sun at 45 degrees: the offset along the normal, towards the sun, and the reach of
-# the tent (glsl/shared/shade.glsl).
+TEXEL = 2 * FLOOR / MAP_SIZE  # m, before scaling: along the light the floor is no wider than along its sides
+# Of the shadow map, straight up, under a sun at 45 degrees: the offsets along the normal and towards the sun, and the
+# reach of the tent (glsl/shared/shade.glsl).
 BOUND_TEXELS = 2.2 * np.sqrt(0.5) + 0.5 * np.sqrt(0.5) + 1.5
 
 
@@ -93,7 +93,7 @@ def test_what_is_just_above_a_surface_still_shadows_it(
     """A sheet at twice the offsets, which are texels of the map and so scale with the scene, under a sun at 45 degrees:
     its shadow is a strip as wide as the sheet is high. Up the middle of the picture: floor, strip, and the sheet.
     """
-    height = 2 * BOUND_TEXELS * WIDEST_TEXEL
+    height = 2 * BOUND_TEXELS * TEXEL
     eye, target = (-1.5, 0.4, 0.0), (-1.0 - height, 0.0, 0.0)
     stage = stage_at(ctx, scene(scale, by, height), scale, by, eye, target)
     column = lit_share(stage, view)[:, SIZE[0] // 2]
