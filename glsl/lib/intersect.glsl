@@ -7,7 +7,7 @@
 
 struct Ray {
     vec3 origin;     // m
-    vec3 direction;  // any length but zero; t counts in its length
+    vec3 direction;  // t counts in its length, which may be 1e-6 to 1e6
     float t_min;     // hits at t < t_min are ignored
 };
 
