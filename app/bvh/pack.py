@@ -27,6 +27,7 @@ NO_CHILD = 0xFFFFFFFF  # where a node has fewer children than four
 FIRST_TURN = 0x40000000  # the bits of 2.0; the last turn's are 0x4fffffff
 
 WIDTH = 4  # children of a node
+STACK_DEPTH = 48  # nodes on a path: 145 entries of a ray's stack, 580 bytes
 LAST_PLANE = 255  # of a grid
 SMALLEST_STEP = -100  # exponent, 8e-31 m: a step over a direction's component stays above the denormal numbers
 
@@ -81,8 +82,27 @@ def is_inner(reference: NDArray[np.uint32]) -> NDArray[np.bool_]:
 
 
 def stack_entries(depth: int) -> int:
-    """What a walk down `depth` nodes may have to remember: all but one child of each, and where to end."""
+    """What a walk down `depth` nodes may have to remember: all but one child of each, and where to end.
+
+    Raises ValueError where that is more than shaders may keep for a ray.
+    """
+    if depth > STACK_DEPTH:
+        raise ValueError(f"the ray hierarchy is {depth} nodes deep; at most {STACK_DEPTH} fit the stack of a ray")
     return (WIDTH - 1) * depth + 1
+
+
+def tree_depth(nodes: NDArray[Any]) -> int:
+    """Most nodes on a path from the first. Raises ValueError unless each of `nodes` is reached once."""
+    level, depth, reached = np.zeros(1, np.intp), 0, 0
+    while level.size:
+        depth, reached = depth + 1, reached + level.size
+        if reached > len(nodes) or level.max() >= len(nodes):
+            raise ValueError("its nodes are no tree")
+        reference = nodes["child"][level]
+        level = reference[is_inner(reference)].astype(np.intp)
+    if reached != len(nodes):
+        raise ValueError("its nodes are no tree")
+    return depth
 
 
 def empty_nodes(count: int) -> NDArray[Any]:

@@ -32,7 +32,7 @@ def planes() -> np.ndarray:
 
 @pytest.mark.parametrize("length", [1e-6, 1.0, 1e6])
 def test_inverse_directions_are_finite_numbers(ctx: moderngl.Context, length: float) -> None:
-    """So is a coordinate of 10^12 m over a component: no infinity meets a zero, which would make NaN, of which GLSL lets
+    """So is a coordinate of 10^12 m over a component: no infinity meets a zero and makes NaN, of which GLSL lets
     `min` and `max` make anything.
     """
     directions = np.array(np.meshgrid(*[EDGE_VALUES] * 3)).reshape(3, -1).T
