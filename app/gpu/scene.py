@@ -75,10 +75,10 @@ class GpuScene:
         if self.objects:
             self._records["Objects"] = self.objects.records
         block = self._records["Vertices"]
-        self._vertices = ctx.buffer(vertices.tobytes()) if isinstance(block, RecordTexture) else block
+        self._vertices = ctx.buffer(_or_one(vertices)) if isinstance(block, RecordTexture) else block
         masked = np.array([m.alpha_cutoff is not None for m in scene.materials])
         self._drawn = draw_order(triangles, masked)
-        self._indices = ctx.buffer(triangles.indices[self._drawn].tobytes())
+        self._indices = ctx.buffer(_or_one(triangles.indices[self._drawn]))
         self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
         self._bvh_defines: dict[str, int] = {}
         self.origin = triangles.origin  # (3,) m, world: all that shaders see is relative to it
@@ -166,11 +166,15 @@ class GpuScene:
         return self._ctx.vertex_array(program, [(self._vertices, layout, *names)], self._indices)
 
     def _upload(self, **arrays: NDArray[Any]) -> None:
-        """Put arrays of records on the GPU, or none of them if one is too large. An empty one gets a zeroed record: a
-        block must have a size.
-        """
+        """Put arrays of records on the GPU, or none of them if one is too large."""
         for name, records in arrays.items():
             check_fits(self._ctx, _WORDS[name], records.nbytes, self._in_textures)
         for name, records in arrays.items():
-            data = records.tobytes() or bytes(records.dtype.itemsize * math.prod(records.shape[1:]))
-            self._records[name] = make_records(self._ctx, data, self._in_textures)
+            self._records[name] = make_records(self._ctx, _or_one(records), self._in_textures)
+
+
+def _or_one(records: NDArray[Any]) -> bytes:
+    """The bytes of some records, or of one that is all zeros if there is none: a buffer must have a size. Of vertices
+    and indices, that is a triangle without area.
+    """
+    return records.tobytes() or bytes(records.dtype.itemsize * math.prod(records.shape[1:]))
