@@ -176,7 +176,10 @@ def scattered(rng: np.random.Generator, shape: str) -> np.ndarray:
         "plain": lambda: corners,
         "huge": lambda: corners * 1e8,
         "tiny": lambda: corners * 1e-12,
+        "a thousandth": lambda: corners * 1e-3,
+        "ten thousandfold": lambda: corners * 1e4,
         "far away": lambda: moved(corners, 3000, -1000, 500),
+        "too far for its size": lambda: moved(corners, 1e5, 0, -1e5),
         "one step of float32": lambda: 1e-3 * corners + 2.0**14,
         "uneven": lambda: corners * [1e5, 1, 1e-5],
         "sheets": lambda: np.where(rng.random((500, 1, 3)) < 0.5, np.round(corners[:, :1]), corners),
@@ -186,7 +189,20 @@ def scattered(rng: np.random.Generator, shape: str) -> np.ndarray:
 
 @pytest.mark.parametrize("textures", [False, True], ids=["blocks", "textures"])
 @pytest.mark.parametrize(
-    "shape", ["plain", "huge", "tiny", "far away", "one step of float32", "uneven", "sheets", "one plane"]
+    "shape",
+    [
+        "plain",
+        "huge",
+        "tiny",
+        "a thousandth",
+        "ten thousandfold",
+        "far away",
+        "too far for its size",
+        "one step of float32",
+        "uneven",
+        "sheets",
+        "one plane",
+    ],
 )
 def test_scattered_triangles_against_float64(ctx: moderngl.Context, shape: str, textures: bool) -> None:
     rng = np.random.default_rng(7)

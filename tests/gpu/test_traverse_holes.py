@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
+import pytest
 
 from app.bvh.oracle import brute_force
 
@@ -51,3 +52,44 @@ def test_a_ray_passes_stacked_and_coincident_holes_in_order(ctx: moderngl.Contex
     nothing = mesh.trace(origins, np.broadcast_to([0.0, 0, 1], (500, 3)), t_max=19.5, alpha=alpha)
     assert not nothing.hit.any()
     mesh.release()
+
+
+COUNTED = """
+uint asked = 0u;
+bool alpha_passes(uint material, uvec3 v, vec2 weights, float t) { ++asked; return material == 1u; }
+bool counted(Ray ray, float t_max, out Hit hit) {
+    bool found = trace_closest(ray, t_max, hit);
+    hit.barycentrics = vec2(asked);
+    return found;
+}"""
+
+
+@pytest.mark.parametrize(
+    ("gap", "layers"),
+    [(0.05, 1), (0.05, 16), (0.05, 64), (0.05, 256), (1e-6, 64), (1e-6, 256), (0.0, 2), (0.0, 64)],
+)
+def test_a_ray_asks_once_for_each_layer_that_it_passes(ctx: moderngl.Context, layers: int, gap: float) -> None:
+    """Cut-out sheets before a solid one, far apart, within a few roundings, and in one place: as many questions as
+    layers, so that the cost is linear and the walk ends. None is passed over or asked twice.
+    """
+    rng = np.random.default_rng(9)
+    sheet = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], float)
+    place = rng.permutation(np.arange(layers + 1))
+    solid = place == layers
+    depth = 1.0 + gap * place
+    if not gap:
+        solid = np.arange(layers + 1) == layers  # of coincident sheets, the last one drawn
+    mesh = Mesh.of(ctx, sheet + depth[:, None, None] * [0, 0, 1], solid.astype(np.uint32))
+    count = 500
+    directions = np.column_stack([rng.uniform(-0.01, 0.01, (count, 2)), np.ones(count)])
+    origins, directions = as_float32(np.column_stack([rng.uniform(-0.2, 0.2, (count, 2)), np.zeros(count)]), directions)
+    result = mesh.trace(origins, directions, call="counted(ray, t_max, hit)", alpha=COUNTED)
+    assert result.hit.all()
+    assert (result.triangle == np.flatnonzero(solid)[0]).all()
+    np.testing.assert_array_equal(result.barycentrics[:, 0], layers + 1)
+    mesh.release()
+    holes = Mesh.of(ctx, mesh.corners[~solid])
+    nothing = holes.trace(origins, directions, call="counted(ray, t_max, hit)", alpha=COUNTED)
+    assert not nothing.hit.any()
+    np.testing.assert_array_equal(nothing.barycentrics[:, 0], layers)
+    holes.release()
