@@ -8,7 +8,8 @@ Degenerate input, by name, and what becomes of it:
                        and with no separating plane the run is cut in the middle
   slivers              only their boxes matter here; large overlapping boxes just cost time
   endless chains       (sizes in geometric progression) a node that an unlucky plane could push beyond MAX_DEPTH is cut
-                       in the middle; halving always fits, so the depth is bounded for every input
+                       in the middle; that takes 28 - log2(LEAF_SIZE) levels at most, far fewer than MAX_DEPTH, and
+                       so always fits: the depth is bounded for every input
   NaN, infinity, coordinates beyond 1e12 m: refused with ValueError, the scene loader's validation comes first
 """
 
@@ -22,14 +23,14 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from .pack import MAX_TRIANGLES, is_inner, is_leaf, leaf_range, leaf_reference, pack_nodes
+from .pack import MAX_TRIANGLES, STACK_DEPTH, is_inner, is_leaf, leaf_range, leaf_reference, pack_nodes
 from .split import F32, Index, Segments, best_splits, half_area
 from .wide import Children, widened
 
 BUILDER_VERSION = 2  # part of the cache key: raise it whenever the same input gives another tree
 LEAF_SIZE = 4  # most triangles in a leaf
 NODE_COST = 2.0  # time of testing one node's boxes, in triangle tests: between 0.5 and 2 llvmpipe hardly cares
-MAX_DEPTH = 48  # most binary nodes on a path: far above 28 - log2(LEAF_SIZE), so that halving always fits
+MAX_DEPTH = STACK_DEPTH  # most binary nodes on a path; the four-wide ones that are made of them are fewer
 COORDINATE_LIMIT = 1e12  # m: an area times a triangle count stays finite in float32
 
 Progress = Callable[[str, float], None]

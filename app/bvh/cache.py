@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..cache import CACHE_VARIABLE, FAILURES, cache_folder, drop_oldest, used, write_arrays
 from . import build
 from .build import Bvh, BvhStats, Progress, build_bvh
-from .pack import BVH_NODE
+from .pack import BVH_NODE, is_leaf, leaf_range, tree_depth
 from .split import F32
 
 __all__ = ["CACHE_VARIABLE", "cache_dir", "cached_tree", "content_key", "load_or_build"]
@@ -74,6 +74,9 @@ def _read(path: Path, triangles: int) -> Bvh:
         stats = BvhStats(int(data["inner_nodes"]), int(data["leaves"]), float(data["sah_cost"]), float(data["seconds"]))
     if order.shape != (triangles,) or order.dtype != np.uint32 or len(nodes) != stats.inner_nodes:
         raise ValueError("the arrays do not fit the scene")
+    first, count = leaf_range(nodes["child"][is_leaf(nodes["child"])])
+    if (first + count > triangles).any() or (order >= triangles).any() or tree_depth(nodes) != depth:
+        raise ValueError("its nodes are no tree of the scene")  # rays would walk out of it, or for ever
     return Bvh(nodes, order, depth, stats)
 
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.model import U32, Light, Material, TextureSlot, Triangles
+from ..bvh.pack import from_lowest_corner
+from ..scene.model import F64, U32, Light, Material, TextureSlot, Triangles
 from .layout import LIGHT, MATERIAL, VERTEX
 from .octahedral import pack_normals, pack_tangents
 from .textures import Place, slot_bits
@@ -63,12 +64,12 @@ def pack_materials(materials: Sequence[Material], places: Sequence[Place]) -> ND
     return records
 
 
-def pack_lights(lights: Sequence[Light]) -> NDArray[Any]:
-    """(n,) LIGHT records, suns first: the first sun is the one with the shadow map."""
+def pack_lights(lights: Sequence[Light], origin: F64) -> NDArray[Any]:
+    """(n,) LIGHT records about the scene's origin, suns first: the first sun is the one with the shadow map."""
     ordered = sorted(lights, key=lambda light: light.kind != "sun")
     records = np.zeros(len(ordered), LIGHT)
     for i, (record, light) in enumerate(zip(records, ordered, strict=True)):
-        record["position"], record["direction"] = light.position, light.direction
+        record["position"], record["direction"] = np.subtract(light.position, origin), light.direction
         record["kind"] = _KINDS[light.kind]
         record["intensity"] = np.multiply(light.color, light.intensity)
         record["inverse_range"] = 1.0 / light.range if light.range > 0.0 else 0.0
@@ -82,16 +83,18 @@ def pack_lights(lights: Sequence[Light]) -> NDArray[Any]:
 def oriented(triangles: Triangles) -> Triangles:
     """The same triangles, each wound so that its front is the side its vertex normals point to.
 
-    Winding then tells raster (`gl_FrontFacing`) and rays alike on which side of a two-sided surface the viewer is.
+    Winding then tells raster (`gl_FrontFacing`) and rays alike on which side of a two-sided surface the viewer is. Each
+    begins with the corner that `from_lowest_corner` picks.
     """
     p, i = triangles.positions, triangles.indices
     corner = p[i[:, 0]]
     cross = np.cross(p[i[:, 1]] - corner, p[i[:, 2]] - corner)
     normal = triangles.normals[i[:, 0]] + triangles.normals[i[:, 1]] + triangles.normals[i[:, 2]]
     away = np.einsum("ij,ij->i", cross, normal) < 0.0
-    return replace(triangles, indices=np.where(away[:, None], i[:, ::-1], i).astype(np.uint32))
+    wound = np.where(away[:, None], i[:, ::-1], i).astype(np.uint32)
+    return replace(triangles, indices=from_lowest_corner(p, wound))
 
 
-def draw_order(triangles: Triangles, masked: NDArray[np.bool_]) -> NDArray[np.uint32]:
-    """(m, 3) indices, opaque triangles before alpha-masked ones: holes are then tested only where they can be seen."""
-    return triangles.indices[np.argsort(masked[triangles.materials[triangles.indices[:, 0]]], kind="stable")]
+def draw_order(triangles: Triangles, masked: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """(m,) triangles in the order of drawing, opaque before alpha-masked ones: holes then count only where seen."""
+    return np.argsort(masked[triangles.materials[triangles.indices[:, 0]]], kind="stable")

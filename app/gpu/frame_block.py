@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..camera import Moment, lens_shear, offset, projection
+from ..camera import Camera, Moment, lens_shear, offset, projection
 from ..frame.records import Target
 from ..optics import coc_scale_px, lens_point
 from ..sampling import hash_u32, r2, sobol4
@@ -68,7 +68,8 @@ class FrameInputs:
 
 def frame_block(inputs: FrameInputs) -> np.ndarray:
     """One FRAME record."""
-    camera, before = inputs.now.camera, inputs.previous.camera
+    origin = inputs.scene.origin
+    camera, before = (_about(origin, moment.camera) for moment in (inputs.now, inputs.previous))
     settings, lens = inputs.settings, inputs.settings.lens
     width, height = inputs.size
     view = camera.view()
@@ -133,6 +134,12 @@ def frame_block(inputs: FrameInputs) -> np.ndarray:
     for name in FRAME.names or ():
         block[name] = values[name]  # KeyError: a field of the layout that nothing fills
     return block
+
+
+def _about(origin: np.ndarray, camera: Camera) -> Camera:
+    """The camera in the space that the scene's vertices are kept in."""
+    x, y, z = np.subtract(camera.eye, origin).tolist()
+    return replace(camera, eye=(x, y, z))
 
 
 def _show_range(inputs: FrameInputs) -> tuple[float, float]:

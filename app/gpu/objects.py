@@ -21,7 +21,7 @@ class GpuObjects:
 
     def __init__(self, ctx: moderngl.Context, triangles: Triangles, textures: bool) -> None:
         """`triangles` must hold moving objects. They stand where time 0 has them until `place` moves them."""
-        self._moving = triangles.moving
+        self._moving, self._origin = triangles.moving, triangles.origin
         self._records = np.zeros(len(self._moving) + 1, OBJECT)
         self._records["to_world"] = self._records["from_world"] = self._records["to_previous"] = np.eye(4)
         self._half_sizes = np.stack([m.half_size for m in self._moving])
@@ -79,6 +79,9 @@ class GpuObjects:
         self.records.release()
 
     def _place(self, time_s: float) -> F64:
-        """(k, 4, 4) of all objects; a time already known is not computed again."""
+        """(k, 4, 4) of all objects, about the scene's origin; a time already known is not computed again."""
         known = self._places.get(time_s)
-        return places(self._moving, time_s) if known is None else known
+        if known is None:
+            known = places(self._moving, time_s)
+            known[:, :3, 3] -= self._origin
+        return known

@@ -58,7 +58,6 @@ class GpuScene:
         self.facts: SceneFacts = scene_facts(scene, *bounds(triangles))
         self.near_plane = near_plane(self.facts.low, self.facts.high)
         self.triangle_count = len(triangles.indices)
-        masked = np.array([m.alpha_cutoff is not None for m in scene.materials])
         self.textures = SceneTextures(ctx, scene.images, self.facts.textured)
         self._in_textures = in_textures(ctx) if textures is None else textures
         self._records: dict[str, Records] = {}
@@ -67,7 +66,7 @@ class GpuScene:
             self._upload(
                 Vertices=vertices,
                 Materials=pack_materials(scene.materials, self.textures.places),
-                Lights=pack_lights(scene.lights),
+                Lights=pack_lights(scene.lights, triangles.origin),
             )
         except UserError:
             self.textures.release()
@@ -76,11 +75,14 @@ class GpuScene:
         if self.objects:
             self._records["Objects"] = self.objects.records
         block = self._records["Vertices"]
-        self._vertices = ctx.buffer(vertices.tobytes()) if isinstance(block, RecordTexture) else block
-        self._indices = ctx.buffer(draw_order(triangles, masked).tobytes())
+        self._vertices = ctx.buffer(_or_one(vertices)) if isinstance(block, RecordTexture) else block
+        masked = np.array([m.alpha_cutoff is not None for m in scene.materials])
+        self._drawn = draw_order(triangles, masked)
+        self._indices = ctx.buffer(_or_one(triangles.indices[self._drawn]))
         self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
         self._bvh_defines: dict[str, int] = {}
-        self.shadow = ShadowMap(ctx, self, self.facts.low, self.facts.high)
+        self.origin = triangles.origin  # (3,) m, world: all that shaders see is relative to it
+        self.shadow = ShadowMap(ctx, self, *(np.subtract(c, self.origin) for c in (self.facts.low, self.facts.high)))
         self.environment: Environment = scene.environment
         self.sun: Light | None = next((light for light in scene.lights if light.kind == "sun"), None)
 
@@ -118,7 +120,7 @@ class GpuScene:
         t = self._triangles
         self._upload(
             Triangles=pack_triangles(bvh.order, t.indices, material_words(t)),
-            TrianglePositions=pack_triangle_positions(bvh.order, t.positions, t.indices),
+            TrianglePositions=pack_triangle_positions(bvh.order, t.positions, t.indices, np.argsort(self._drawn)),
             BvhNodes=bvh.nodes,
         )
         self._bvh_defines = {"BVH_STACK": stack_entries(bvh.depth)}
@@ -164,11 +166,15 @@ class GpuScene:
         return self._ctx.vertex_array(program, [(self._vertices, layout, *names)], self._indices)
 
     def _upload(self, **arrays: NDArray[Any]) -> None:
-        """Put arrays of records on the GPU, or none of them if one is too large. An empty one gets a zeroed record: a
-        block must have a size.
-        """
+        """Put arrays of records on the GPU, or none of them if one is too large."""
         for name, records in arrays.items():
             check_fits(self._ctx, _WORDS[name], records.nbytes, self._in_textures)
         for name, records in arrays.items():
-            data = records.tobytes() or bytes(records.dtype.itemsize * math.prod(records.shape[1:]))
-            self._records[name] = make_records(self._ctx, data, self._in_textures)
+            self._records[name] = make_records(self._ctx, _or_one(records), self._in_textures)
+
+
+def _or_one(records: NDArray[Any]) -> bytes:
+    """The bytes of some records, or of one that is all zeros if there is none: a buffer must have a size. Of vertices
+    and indices, that is a triangle without area.
+    """
+    return records.tobytes() or bytes(records.dtype.itemsize * math.prod(records.shape[1:]))

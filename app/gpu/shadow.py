@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..scene.facts import SceneFacts
 from .context import leave_framebuffers
@@ -41,7 +41,7 @@ class Drawable(Protocol):
 class ShadowMap:
     """Owns the depth texture. `renders` counts how often it was drawn."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Drawable, low: Vec3, high: Vec3) -> None:
+    def __init__(self, ctx: moderngl.Context, scene: Drawable, low: ArrayLike, high: ArrayLike) -> None:
         self._ctx, self._scene, self._low, self._high = ctx, scene, low, high
         self._shown: tuple[Vec3, float] | None = None
         self._program: moderngl.Program | None = None
@@ -108,14 +108,14 @@ class ShadowMap:
             raise ShaderError(f"raster/shadow: {explain(str(error), at_fault)}") from None
 
 
-def sun_view_projection(direction: Vec3, low: Vec3, high: Vec3, size: int) -> NDArray[np.float64]:
+def sun_view_projection(direction: Vec3, low: ArrayLike, high: ArrayLike, size: int) -> NDArray[np.float64]:
     """World to the clip space (4, 4) of light along `direction`: orthographic, around the box `low`..`high` [m]."""
     z = -np.asarray(direction, np.float64) / np.linalg.norm(direction)
     helper = np.eye(3)[int(np.argmin(np.abs(z)))]  # the axis least along the light: never parallel to it
     x = np.cross(helper, z)
     x /= np.linalg.norm(x)
     rotation = np.stack([x, np.cross(z, x), z])
-    corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), -1).reshape(-1, 3) @ rotation.T
+    corners = np.stack(np.meshgrid(*np.stack([low, high], axis=1), indexing="ij"), -1).reshape(-1, 3) @ rotation.T
     centre, half = (corners.max(0) + corners.min(0)) / 2.0, (corners.max(0) - corners.min(0)) / 2.0
     side = max(half[0], half[1], 1e-6) * (1.0 + 2.0 * MARGIN_TEXELS / size)
     half_depth = max(half[2], 1e-6) * 1.01  # 1 %: rounding must not clip the outermost caster

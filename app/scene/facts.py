@@ -18,6 +18,9 @@ from .model import F64, Scene
 
 MAX_NEAR_PLANE = 0.02  # m: nearer than a hand holds a leaf to a lens; at 10 m a 24-bit depth step is then 0.3 mm
 NEAR_SHARE = 2.5e-3  # of the scene's diagonal, for scenes smaller than a room
+# Of the near plane's distance. Farther away, 24 bits that fall as 1/z count in steps of more than 1/4096 of the depth,
+# 2 cm at 80 m, and what lies behind shows through.
+DEEP = 4096.0
 CUT_DEPTHS = 8  # at which a jump of the camera is judged: within a factor of two of everything from a hand to a hall
 _CUT_GRID = np.linspace(-0.98, 0.98, 9)  # of the picture's half width and height: a ninth of the screen apart
 
@@ -35,6 +38,7 @@ class SceneFacts:
     lights: int
     sun: bool
     objects: bool = False  # parts of it move
+    deep: bool = False  # the depth test needs a logarithmic scale to tell surfaces apart from end to end
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,7 @@ class Facts:
     lights: int = 0
     sun: bool = False
     objects: bool = False
+    deep: bool = False
     camera_moved: bool = False  # since last frame
     objects_moved: bool = False
     unsampled: bool = False  # pixels of a running mean still lack their first sample
@@ -74,12 +79,13 @@ def scene_facts(scene: Scene, low: F64, high: F64) -> SceneFacts:
         lights=len(scene.lights),
         sun=any(light.kind == "sun" for light in scene.lights),
         objects=any(instance.motion is not None for instance in scene.instances),
+        deep=float(np.linalg.norm(np.subtract(high, low))) > DEEP * near_plane(low, high),
     )
 
 
 def near_plane(low: ArrayLike, high: ArrayLike) -> float:
     """Near plane [m] of raster and rays alike: close enough for a leaf in front of the lens, and no closer than 24 bits
-    of depth resolve.
+    of depth resolve (in scenes that are not deep).
     """
     diagonal = float(np.linalg.norm(np.subtract(high, low)))
     return min(MAX_NEAR_PLANE, max(NEAR_SHARE * diagonal, 1e-9))
@@ -143,6 +149,7 @@ def frame_facts(
         lights=scene.lights,
         sun=scene.sun,
         objects=scene.objects,
+        deep=scene.deep,
         camera_moved=camera_moved,
         objects_moved=objects_moved,
         unsampled=unsampled,

@@ -17,15 +17,32 @@ def flatten(scene: Scene) -> Triangles:
 
     Triangle order is kept under mirroring: surfaces are two-sided, nothing here or later reads the winding.
     """
-    standing = [_place(scene.meshes[i.mesh], i, 0) for i in scene.instances if i.motion is None]
+    origin = geometry.local_origin(*rest_box(scene.meshes, scene.instances))
+    standing = [_place(scene.meshes[i.mesh], i, 0, origin) for i in scene.instances if i.motion is None]
     parts, moving = [*standing], list[MovingObject]()
     for motion in dict.fromkeys(i.motion for i in scene.instances if i.motion is not None):
         index = len(moving) + 1
-        together = [_place(scene.meshes[i.mesh], i, index) for i in scene.instances if i.motion is motion]
-        body, centred = _moving_object(motion, together)
+        together = [_place(scene.meshes[i.mesh], i, index, origin) for i in scene.instances if i.motion is motion]
+        body, centred = _moving_object(motion, together, origin)
         parts += centred
         moving.append(body)
-    return replace(_merged(parts), moving=tuple(moving)) if parts else _EMPTY
+    return replace(_merged(parts), moving=tuple(moving), origin=origin) if parts else _EMPTY
+
+
+def rest_box(meshes: Sequence[Mesh], instances: Sequence[Instance]) -> tuple[F64, F64]:
+    """(lowest, highest) corner of a box around the boxes of all instances at time 0, m, world; both zero for none."""
+    own = [(m.positions.min(axis=0), m.positions.max(axis=0)) if len(m.positions) else None for m in meshes]
+    ends = []
+    for instance in instances:
+        if (box := own[instance.mesh]) is not None:
+            linear = instance.transform[:3, :3]
+            middle, half = (0.5 * (box[1].astype(np.float64) + sign * box[0]) for sign in (1.0, -1.0))
+            centre, reach = linear @ middle + instance.transform[:3, 3], np.abs(linear) @ half
+            ends.append((centre - reach, centre + reach))
+    if not ends:
+        return np.zeros(3), np.zeros(3)
+    lows, highs = (np.stack(side) for side in zip(*ends, strict=True))
+    return lows.min(axis=0), highs.max(axis=0)
 
 
 def bounds(triangles: Triangles) -> tuple[F64, F64]:
@@ -33,7 +50,7 @@ def bounds(triangles: Triangles) -> tuple[F64, F64]:
 
     Exactly that of the vertices where nothing moves.
     """
-    standing = triangles.positions[triangles.objects == 0].astype(np.float64)
+    standing = triangles.positions[triangles.objects == 0] + triangles.origin
     corners = np.concatenate([standing, *([m.low, m.high] for m in triangles.moving)])
     return (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.zeros(3), np.zeros(3))
 
@@ -67,29 +84,30 @@ def _merged(parts: list[Triangles]) -> Triangles:
     )
 
 
-def _moving_object(motion: Motion, parts: list[Triangles]) -> tuple[MovingObject, list[Triangles]]:
-    """What moves as one, and its triangles in its own space; `parts` are where time 0 has them."""
+def _moving_object(motion: Motion, parts: list[Triangles], origin: F64) -> tuple[MovingObject, list[Triangles]]:
+    """What moves as one, and its triangles in its own space; `parts` are where time 0 has them, about `origin`."""
     positions = np.concatenate([p.positions for p in parts]).astype(np.float64)
     low, high = positions.min(axis=0), positions.max(axis=0)
-    origin = 0.5 * (low + high)
-    centred = [replace(p, positions=(p.positions - origin).astype(np.float32)) for p in parts]
+    middle = 0.5 * (low + high)
+    centred = [replace(p, positions=(p.positions - middle).astype(np.float32)) for p in parts]
     half_size = np.abs(np.concatenate([p.positions for p in centred])).max(axis=0).astype(np.float64)
-    return MovingObject(motion, origin, half_size, *motion.swept(origin - half_size, origin + half_size)), centred
+    middle += origin
+    return MovingObject(motion, middle, half_size, *motion.swept(middle - half_size, middle + half_size)), centred
 
 
-def _positions(mesh: Mesh, instance: Instance) -> F64:
-    return mesh.positions @ instance.transform[:3, :3].T + instance.transform[:3, 3]
+def _positions(mesh: Mesh, instance: Instance, origin: F64) -> F64:
+    return mesh.positions @ instance.transform[:3, :3].T + (instance.transform[:3, 3] - origin)
 
 
-def _place(mesh: Mesh, instance: Instance, index: int) -> Triangles:
-    """One mesh in the world. Normals go by the cofactors: the inverse transpose, up to scale."""
+def _place(mesh: Mesh, instance: Instance, index: int, origin: F64) -> Triangles:
+    """One mesh about the scene's origin. Normals go by the cofactors: the inverse transpose, up to scale."""
     linear = instance.transform[:3, :3]
     flip = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
     cofactor = flip * _cofactor(linear)  # the sign turns the cofactor of a mirror back into its inverse transpose
     normals = geometry.unit(mesh.normals @ cofactor.T)
     tangents = np.hstack([geometry.unit(mesh.tangents[:, :3] @ linear.T), flip * mesh.tangents[:, 3:]])
     return Triangles(
-        _positions(mesh, instance).astype(np.float32),
+        _positions(mesh, instance, origin).astype(np.float32),
         normals.astype(np.float32),
         mesh.uvs,
         tangents.astype(np.float32),

@@ -7,6 +7,24 @@ from numpy.typing import NDArray
 
 from .model import F32, F64, U32
 
+SMALLEST_SCENE = 1e-6  # m: a point has no size of its own
+
+
+def local_origin(low: F64, high: F64) -> F64:
+    """(3,) [m] where coordinates of what lies in the box `low`..`high` should begin, for float32 to resolve it.
+
+    A whole number of steps along each axis, the one next to the box's middle; a step is a power of two, over twice the
+    box's diagonal. So it is zero for all that lies about the world's origin, and moving a scene by whole steps changes
+    no coordinate. Zero as well for boxes that are not finite, which are refused elsewhere.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        middle, diagonal = 0.5 * (low + high), float(np.linalg.norm(high - low))
+    if not (np.isfinite(middle).all() and np.isfinite(diagonal)):
+        return np.zeros(3)
+    step = 2.0 ** (np.frexp(max(diagonal, SMALLEST_SCENE))[1] + 1)
+    origin: F64 = step * np.round(middle / step)
+    return origin
+
 
 def face_cross(positions: F32, triangles: U32) -> F64:
     """(m, 3) cross product of two edges per triangle, in float64: twice the area times the normal."""

@@ -12,10 +12,12 @@ import numpy as np
 from ..errors import UserError
 from . import gallery
 from .decoded import Decoded
+from .flatten import rest_box
+from .geometry import local_origin
 from .gltf import read_gltf
 from .model import F64, LARGEST_IMAGE_PX, Image, Instance, LoadReport, Mesh, Scene
 from .motion import Motion
-from .validate import MAX_MOVING, MAX_TRIANGLES, Repairs, check_moving, check_placed, clean
+from .validate import FINE_STEP, MAX_MOVING, MAX_TRIANGLES, Repairs, check_moving, check_placed, clean, length
 from .vertex_colors import colors_to_materials
 
 Progress = Callable[[str, float], None]
@@ -82,7 +84,7 @@ def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, 
         triangles=triangles,
         vertices=sum(len(meshes[i.mesh].positions) for i in instances),
         degenerate=triangles - kept,
-        notes=(*dict.fromkeys(decoded.notes), *repairs.notes(), *_reduced(decoded.images)),
+        notes=(*dict.fromkeys(decoded.notes), *repairs.notes(), *_wide(meshes, instances), *_reduced(decoded.images)),
         seconds=time.perf_counter() - started,
     )
     return Scene(
@@ -116,6 +118,16 @@ def _with_few_moving(instances: list[Instance], notes: list[str]) -> list[Instan
     notes.append(f"Of {len(motions)} moving objects, only the first {MAX_MOVING} move.")
     kept = {None, *motions[:MAX_MOVING]}
     return [i if i.motion in kept else replace(i, motion=None) for i in instances]
+
+
+def _wide(meshes: list[Mesh], instances: list[Instance]) -> list[str]:
+    """A note on a scene that float32 does not resolve everywhere, though its coordinates begin at its middle."""
+    low, high = rest_box(meshes, instances)
+    step = float(np.spacing(np.float32(np.abs([low, high] - local_origin(low, high)).max())))
+    if step < FINE_STEP:
+        return []
+    across = length(float(np.linalg.norm(high - low)))
+    return [f"The scene is {across} across: at its rim positions are kept to {length(step)}."]
 
 
 def _reduced(images: Sequence[Image]) -> list[str]:

@@ -161,13 +161,16 @@ class MovingObject:
 
 @dataclass(frozen=True)
 class Triangles:
-    """All instances baked into one vertex list and one triangle list: what stands still in world space, first, then
-    each moving object in its own space.
+    """All instances baked into one vertex list and one triangle list: what stands still, first, then each moving object
+    in its own space.
+
+    What stands still keeps the world's axes, about an `origin` near it: float32 has no digits to spend on how far the
+    scene lies from the world's origin.
 
     `materials` and `objects` are per vertex, so that one draw call and one lookup at a ray hit serve them all.
     """
 
-    positions: F32  # (n, 3) m, world
+    positions: F32  # (n, 3) m, from the origin
     normals: F32  # (n, 3) unit, world
     uvs: F32  # (n, 2)
     tangents: F32  # (n, 4)
@@ -175,3 +178,4 @@ class Triangles:
     indices: U32  # (m, 3), ascending by object
     objects: U32  # (n,) 0: stands still; k: moves with moving[k - 1]
     moving: tuple[MovingObject, ...] = ()
+    origin: F64 = field(default_factory=lambda: np.zeros(3))  # (3,) of positions, m, world

@@ -16,8 +16,9 @@ from trimesh.resolvers import FilePathResolver
 from ..errors import UserError
 from ..tone import srgb_decode
 from .decoded import Decoded
+from .geometry import local_origin
 from .images import MAX_SIDE, pixels
-from .model import F32, Image, Instance, Material, TextureSlot
+from .model import F32, F64, Image, Instance, Material, TextureSlot
 from .validate import RawMesh
 
 # Neither format has physical materials: a matt-to-satin surface of medium grey, as modelling tools show such files.
@@ -47,6 +48,7 @@ def read_with_trimesh(path: Path, progress: Callable[[str, float], None]) -> Dec
     if kind == "OBJ":
         decoded.notes += _missing_assets(path)
     index_of: dict[str, int] = {}
+    origins: dict[str, F64] = {}
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph[node]
         geometry = scene.geometry[name]
@@ -55,8 +57,11 @@ def read_with_trimesh(path: Path, progress: Callable[[str, float], None]) -> Dec
             continue
         if name not in index_of:
             index_of[name] = len(decoded.meshes)
-            decoded.meshes.append(_mesh(geometry, name, decoded, str(path)))
-        decoded.instances.append(Instance(index_of[name], np.asarray(transform, np.float64), str(node)))
+            origins[name] = _origin(geometry)
+            decoded.meshes.append(_mesh(geometry, origins[name], name, decoded, str(path)))
+        placed = np.array(transform, np.float64)
+        placed[:3, 3] += placed[:3, :3] @ origins[name]
+        decoded.instances.append(Instance(index_of[name], placed, str(node)))
     return decoded
 
 
@@ -66,8 +71,16 @@ def _stream(path: Path) -> io.BytesIO:
     return io.BytesIO(data.decode("utf-8", errors="replace").encode() if path.suffix.lower() == ".obj" else data)
 
 
-def _mesh(mesh: trimesh.Trimesh, name: str, decoded: Decoded, source: str) -> RawMesh:
-    positions, faces = np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces)
+def _origin(mesh: trimesh.Trimesh) -> F64:
+    """(3,) [m] where the mesh's own coordinates are to begin: text holds digits that float32 would round off."""
+    vertices = np.asarray(mesh.vertices, np.float64)
+    with np.errstate(over="ignore"):
+        kept = not len(vertices) or (vertices.astype(np.float32) == vertices).all()
+    return np.zeros(3) if kept else local_origin(vertices.min(axis=0), vertices.max(axis=0))
+
+
+def _mesh(mesh: trimesh.Trimesh, origin: F64, name: str, decoded: Decoded, source: str) -> RawMesh:
+    positions, faces = (np.asarray(mesh.vertices, np.float64) - origin).astype(np.float32), np.asarray(mesh.faces)
     normals = _given_normals(mesh)
     uvs = colors = None
     kind = mesh.visual.kind

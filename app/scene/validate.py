@@ -16,8 +16,9 @@ from .motion import Motion
 # beside the BVH. Above it, decoding alone would take minutes.
 MAX_VERTICES = 50_000_000
 MAX_TRIANGLES = 50_000_000
-# A world wider than this leaves float32 less than a millimetre of resolution, and beyond 1e18 m squares overflow.
-MAX_COORDINATE = 1e9
+MAX_COORDINATE = 1e9  # m: areas, and their sums over all triangles, stay finite in float32
+RESOLVED = 4096  # pixels across the largest pictures: steps of float32 that a mesh must span, or it is reported
+FINE_STEP = 1e-3  # m: a scene that float32 resolves no better at its rim is reported
 MAX_MOVING = 255  # objects: their index shares a 32-bit word with the material's (app/gpu/arrays.py)
 
 
@@ -43,6 +44,8 @@ class Repairs:
     computed_normals: int = 0  # meshes
     repaired_normals: int = 0  # vertices
     computed_tangents: int = 0  # meshes
+    coarse: int = 0  # meshes
+    coarsest_step: float = 0.0  # m
 
     def notes(self) -> list[str]:
         found = []
@@ -56,7 +59,26 @@ class Repairs:
             found.append(
                 f"Tangents were computed for {count(self.computed_tangents, 'mesh', 'meshes')} with a normal map."
             )
+        if self.coarse:
+            lie = "lies so far from its own origin" if self.coarse == 1 else "lie so far from their own origins"
+            found.append(
+                f"{count(self.coarse, 'mesh', 'meshes')} {lie} that 32-bit numbers place vertices only to "
+                f"{length(self.coarsest_step)}: move it there and place it by its node."
+            )
         return found
+
+    def see(self, positions: F32) -> None:
+        """Count a mesh whose vertices float32 resolves no better than a picture resolves the mesh."""
+        step = float(np.spacing(np.abs(positions).max(initial=0.0)))
+        diagonal = float(np.linalg.norm(np.ptp(positions.astype(np.float64), axis=0))) if len(positions) else 0.0
+        if step * RESOLVED > diagonal > 0.0:
+            self.coarse, self.coarsest_step = self.coarse + 1, max(self.coarsest_step, step)
+
+
+def length(metres: float) -> str:
+    """'7.8 mm', '141 km'."""
+    scale, unit = next(((s, u) for s, u in ((1e3, "km"), (1.0, "m"), (1e-3, "mm")) if metres >= s), (1e-6, "um"))
+    return f"{metres / scale:.{3 if scale > 1.0 else 2}g} {unit}"
 
 
 def count(number: int, singular: str, plural: str | None = None) -> str:
@@ -123,6 +145,7 @@ def clean(raw: RawMesh, where: str, normal_map: NDArray[np.floating] | None, rep
     repairs.degenerate += int(broken.sum())
     source, triangles = geometry.used_vertices(triangles[~broken], len(raw.positions))
     positions = np.ascontiguousarray(raw.positions[source], np.float32)
+    repairs.see(positions)
     normals = _normals(positions, triangles, None if raw.normals is None else raw.normals[source], repairs)
     uvs = (
         np.zeros((len(source), 2), np.float32) if raw.uvs is None else np.ascontiguousarray(raw.uvs[source], np.float32)

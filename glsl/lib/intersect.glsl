@@ -7,7 +7,7 @@
 
 struct Ray {
     vec3 origin;     // m
-    vec3 direction;  // any length but zero; t counts in its length
+    vec3 direction;  // t counts in its length, which may be 1e-6 to 1e6
     float t_min;     // hits at t < t_min are ignored
 };
 
@@ -117,16 +117,18 @@ vec3 to_ray_space(RaySetup ray, vec3 v) {
     return vec3(x, y, z);
 }
 
-// The ray's hit with triangle (a, b, c) [m], both sides: true, the distance and the weights of b and c.
+// The ray's hit with triangle (a, b, c) [m], both sides: true, the distance and the weights of b and c. The distance is
+// the same to the last bit if b and c change places: sums of three begin with those two.
 bool intersect_triangle(
     RaySetup ray, vec3 origin, vec3 a, vec3 b, vec3 c, float t_min, float t_max, out float t, out vec2 barycentrics
 ) {
     vec3 p = to_ray_space(ray, a - origin), q = to_ray_space(ray, b - origin), r = to_ray_space(ray, c - origin);
     float u = edge_function(r.xy, q.xy), v = edge_function(p.xy, r.xy), w = edge_function(q.xy, p.xy);
     float lowest = min(u, min(v, w)), highest = max(u, max(v, w));
-    float determinant = u + v + w;
+    precise float determinant = u + (v + w);
+    precise float weighted = u * p.z + (v * q.z + w * r.z);
     float inverse = 1.0 / determinant;
-    t = (u * p.z + v * q.z + w * r.z) * inverse;
+    t = weighted * inverse;
     barycentrics = vec2(v, w) * inverse;
     // Zeros count as inside. A NaN or infinite t (edge-on, determinant 0) fails the comparison.
     return (lowest >= 0.0 || highest <= 0.0) && determinant != 0.0 && t >= t_min && t <= t_max;

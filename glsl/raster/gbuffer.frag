@@ -4,10 +4,15 @@
 //   emissive (linear radiance) and object (index of the moving object, 0: none) where the scene has any.
 // Method: deferred shading (Saito and Takahashi 1990); texture detail from the ratio of a triangle's area in uv and in
 // space, taken here from screen derivatives: both are planar over the triangle, so the ratio is the constant that a ray
-// computes from the vertices.
+// computes from the vertices. LOG_DEPTH: surfaces are told apart on a logarithmic scale of depth, with steps of some
+// millionths of it from the near plane to the sky (after Kemen 2009, "Logarithmic depth buffer"); elsewhere the usual
+// scale is fine enough, and lets the rasteriser skip what is hidden before this shader runs.
 #include "shared/primary.glsl"
 #include "shared/surface.glsl"
 #include "lib/finite.glsl"
+#if LOG_DEPTH
+#include "lib/coc.glsl"
+#endif
 
 in vec3 v_normal;
 flat in uint v_material;
@@ -60,6 +65,9 @@ void main() {
     out_base_color = vec4(min(s.base_color, LARGEST_RADIANCE), s.metallic);
     out_normal = vec4(octahedral_encode(s.normal), s.roughness, 1.0);
     out_depth = z;
+#if LOG_DEPTH
+    gl_FragDepth = log2(z / frame.near_plane) / log2(SKY_DEPTH / frame.near_plane);
+#endif
 #if HAS_EMISSIVE
     out_emissive = vec4(min(s.emissive, LARGEST_RADIANCE), 1.0);
 #endif

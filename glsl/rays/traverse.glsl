@@ -21,11 +21,12 @@ bool alpha_passes(uint material, uvec3 vertices, vec2 barycentrics, float t);
 #endif
 
 RECORDS(BvhNodes, BvhNode, nodes, node_at)
-RECORDS(TrianglePositions, vec4, triangle_positions, corner_at)  // 3 a triangle, leaf order, w unused
+RECORDS(TrianglePositions, vec4, triangle_positions, corner_at)  // 3 a triangle, leaf order; w of the first: its turn
 RECORDS(Triangles, uvec4, triangles, triangle_at)                // leaf order: 3 vertices, material
 
 struct Hit {
     float t;            // in lengths of the ray's direction
+    float turn;         // grows in the order of drawing (app/bvh/pack.py)
     uint triangle;      // place in leaf order
     uvec3 vertices;
     uint material;
@@ -83,19 +84,20 @@ uint next_leaf(uint node, RaySetup setup, float t_min, float t_max) {
     return node;
 }
 
-// Tests the triangles of a leaf; keeps the closest hit, of equally close ones the first in leaf order: coplanar
-// duplicates then look the same whatever the order of traversal. At t_min itself, triangles before `from` do not count.
-void intersect_leaf(uint leaf, RaySetup setup, Ray ray, uint from, inout Hit hit) {
+// Tests the triangles of a leaf; keeps the closest hit, of equally close ones the first drawn, as the raster's depth test
+// does: duplicates then look the same in all views, whatever the tree. At t_min itself, turns up to `after` do not count.
+void intersect_leaf(uint leaf, RaySetup setup, Ray ray, float after, inout Hit hit) {
     uint i = leaf & FIRST_MASK, end = i + ((leaf >> 28) & 7u) + 1u;
     do {
-        vec3 a = corner_at(3u * i).xyz;
+        vec4 a = corner_at(3u * i);
         vec3 b = corner_at(3u * i + 1u).xyz;
         vec3 c = corner_at(3u * i + 2u).xyz;
         float t;
         vec2 barycentrics;
-        bool found = intersect_triangle(setup, ray.origin, a, b, c, ray.t_min, hit.t, t, barycentrics);
-        if (found && !(t == hit.t && i > hit.triangle || t == ray.t_min && i < from)) {
+        bool found = intersect_triangle(setup, ray.origin, a.xyz, b, c, ray.t_min, hit.t, t, barycentrics);
+        if (found && !(t == hit.t && a.w > hit.turn || t == ray.t_min && a.w <= after)) {
             hit.t = t;
+            hit.turn = a.w;
             hit.triangle = i;
             hit.barycentrics = barycentrics;
         }
@@ -104,7 +106,7 @@ void intersect_leaf(uint leaf, RaySetup setup, Ray ray, uint from, inout Hit hit
 
 // Walks the tree that begins at node `first`; keeps what is closer than `hit`.
 // `any_hit` is a constant at each call: the compiler makes two functions of this one.
-void traverse_tree(uint first, Ray ray, uint from, const bool any_hit, inout Hit hit) {
+void traverse_tree(uint first, Ray ray, float after, const bool any_hit, inout Hit hit) {
     RaySetup setup = prepare_ray_for_tree(first, ray);
     int bottom = top;
     stack[top++] = NO_NODE;
@@ -112,7 +114,7 @@ void traverse_tree(uint first, Ray ray, uint from, const bool any_hit, inout Hit
     do {
         node = next_leaf(node, setup, ray.t_min, hit.t);
         if (node == NO_NODE) break;
-        intersect_leaf(node, setup, ray, from, hit);
+        intersect_leaf(node, setup, ray, after, hit);
         node = any_hit && hit.triangle != NO_TRIANGLE ? NO_NODE : stack[--top];
     } while (node != NO_NODE);
     top = bottom;
@@ -132,7 +134,7 @@ Ray ray_from_world(Object object, Ray ray) {
 const float TRANSFORM_GROWTH = 3.0;
 
 // Walks the top level as `traverse_tree` does a tree; its leaves are objects, whose trees are walked in turn.
-void traverse_objects(Ray ray, uint from, const bool any_hit, inout Hit hit) {
+void traverse_objects(Ray ray, float after, const bool any_hit, inout Hit hit) {
     RaySetup setup = prepare_ray_for_tree(0u, ray);
     setup.origin_near = ray.origin + TRANSFORM_GROWTH * (setup.origin_near - ray.origin);
     setup.origin_far = ray.origin + TRANSFORM_GROWTH * (setup.origin_far - ray.origin);
@@ -142,31 +144,32 @@ void traverse_objects(Ray ray, uint from, const bool any_hit, inout Hit hit) {
         node = next_leaf(node, setup, ray.t_min, hit.t);
         if (node == NO_NODE) break;
         Object object = object_at(node & FIRST_MASK);
-        traverse_tree(object.root, ray_from_world(object, ray), from, any_hit, hit);
+        traverse_tree(object.root, ray_from_world(object, ray), after, any_hit, hit);
         node = any_hit && hit.triangle != NO_TRIANGLE ? NO_NODE : stack[--top];
     } while (node != NO_NODE);
     top = 0;
 }
 #endif
 
-bool traverse(Ray ray, uint from, float t_max, const bool any_hit, out Hit hit) {
+bool traverse(Ray ray, float after, float t_max, const bool any_hit, out Hit hit) {
     hit.t = t_max;
+    hit.turn = INFINITY;
     hit.triangle = NO_TRIANGLE;
     hit.barycentrics = vec2(0.0);
 #if OBJECTS
-    traverse_objects(ray, from, any_hit, hit);
+    traverse_objects(ray, after, any_hit, hit);
 #else
-    traverse_tree(0u, ray, from, any_hit, hit);
+    traverse_tree(0u, ray, after, any_hit, hit);
 #endif
     return hit.triangle != NO_TRIANGLE;
 }
 
 // The closest hit with t_min <= t <= t_max.
 bool trace_closest(Ray ray, float t_max, out Hit hit) {
-    uint from = 0u;
+    float after = 0.0;
     bool found, hole = false;
     do {
-        found = traverse(ray, from, t_max, false, hit);
+        found = traverse(ray, after, t_max, false, hit);
         if (!found) break;
         uvec4 triangle = triangle_at(hit.triangle);
         hit.vertices = triangle.xyz;
@@ -175,7 +178,7 @@ bool trace_closest(Ray ray, float t_max, out Hit hit) {
 #ifdef HAS_ALPHA_MASK
         hole = !alpha_passes(hit.material, hit.vertices, hit.barycentrics, hit.t);
         ray.t_min = hit.t;
-        from = hit.triangle + 1u;
+        after = hit.turn;
 #endif
     } while (hole);
     return found;
@@ -187,6 +190,6 @@ bool trace_any(Ray ray, float t_max) {
 #ifdef HAS_ALPHA_MASK
     return trace_closest(ray, t_max, hit);  // holes can only be passed in the order in which the ray meets them
 #else
-    return traverse(ray, 0u, t_max, true, hit);
+    return traverse(ray, 0.0, t_max, true, hit);
 #endif
 }

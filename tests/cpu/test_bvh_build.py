@@ -10,14 +10,17 @@ from app.bvh.build import Bvh, build_bvh
 from app.bvh.pack import (
     BVH_NODE,
     MAX_LEAF,
+    MAX_TRIANGLES,
     NO_CHILD,
     child_boxes,
+    from_lowest_corner,
     is_inner,
     is_leaf,
     leaf_range,
     leaf_reference,
     pack_triangle_positions,
     pack_triangles,
+    turns,
 )
 
 
@@ -178,6 +181,31 @@ def test_packed_triangles_follow_the_leaf_order() -> None:
     triangles = pack_triangles(order, indices, materials)
     np.testing.assert_array_equal(triangles[:, :3], indices[order])
     np.testing.assert_array_equal(triangles[:, 3], order)
-    np.testing.assert_array_equal(
-        pack_triangle_positions(order, positions, indices)[..., :3], positions[indices[order]]
-    )
+    drawn = np.random.default_rng(0).permutation(len(order))
+    corners = pack_triangle_positions(order, positions, indices, drawn)
+    np.testing.assert_array_equal(corners[..., :3], positions[indices[order]])
+    np.testing.assert_array_equal(np.argsort(corners[:, 0, 3]), np.argsort(drawn[order]))
+
+
+def test_turns_are_normal_numbers_that_sort_as_their_places() -> None:
+    """Up to the last triangle that a leaf reference can name; float32 itself would take 2^24 and 2^24 + 1 for equal."""
+    drawn = np.concatenate([np.arange(1000), 2**24 + np.arange(-3, 4), MAX_TRIANGLES - np.arange(3, 0, -1)])
+    turn = turns(drawn)
+    assert (np.diff(turn) > 0).all()
+    assert turn[0] == 2.0
+    assert np.isfinite(turn).all()
+
+
+def test_copies_of_a_triangle_begin_alike() -> None:
+    """However each was begun; wound as it was. Equal coordinates are told apart by the next axis."""
+    rng = np.random.default_rng(1)
+    positions, indices = soup(np.round(random_soup(500, size=2.0)))
+    distinct = [len(set(map(tuple, positions[triangle].tolist()))) == 3 for triangle in indices]
+    indices = indices[distinct]
+    begun = np.take_along_axis(indices, (rng.integers(0, 3, (len(indices), 1)) + np.arange(3)) % 3, axis=1)
+    same = from_lowest_corner(positions, begun)
+    corners = positions[same]
+    np.testing.assert_array_equal(corners, positions[from_lowest_corner(positions, indices)])
+    for triangle, original in zip(corners.tolist(), indices, strict=True):
+        assert triangle[0] == min(triangle)
+        assert triangle in [positions[np.roll(original, k)].tolist() for k in range(3)]

@@ -17,6 +17,8 @@ from app.frame.pipeline import VIEWS
 from app.scene.gallery import SCENES
 from app.settings import Settings, walk
 
+from .gltf_maker import CORNERS, Maker
+
 ROOT = Path(__file__).parents[2]
 LEAVES = [path for path, _, _ in walk(Settings())]
 
@@ -49,6 +51,15 @@ def test_a_failing_program_says_one_line_and_exits_2() -> None:
     assert (done.returncode, done.stdout) == (BAD_INPUT, "")
     assert len(done.stderr.splitlines()) == 1
     assert "no-such-scene.glb" in done.stderr
+
+
+@pytest.mark.parametrize("command", ["info", "plan"])
+def test_a_scene_scaled_to_nothing_is_refused(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its meshes hold triangles, its only node leaves none of them."""
+    maker = Maker()
+    maker.node(mesh=maker.mesh(maker.primitive(maker.accessor(CORNERS))), scale=[0, 0, 0])
+    path = maker.write(tmp_path / "nothing.glb")
+    assert "nothing.glb places no triangle that could be drawn" in refused(capsys, command, str(path))
 
 
 def test_debug_adds_the_traceback() -> None:

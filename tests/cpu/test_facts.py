@@ -76,6 +76,15 @@ def test_bounds_are_not_idle(a: Vec3, b: Vec3, eye: Vec3, target: Vec3, lens: Le
         assert facts.near_coc_px == facts.far_coc_px == 0.0
 
 
+def test_only_scenes_beyond_the_reach_of_24_bits_are_deep() -> None:
+    """There a step of 1/z depth is 1/4096 of the depth: 2 cm at 82 m from a near plane of 2 cm."""
+    for diagonal, deep in ((1e-3, False), (6.0, False), (81.0, False), (83.0, True), (1e5, True)):
+        size = np.array([diagonal, 0.0, 0.0])
+        assert scene_facts(Scene((), (), ()), 0 * size, size).deep == deep
+        step = diagonal**2 / (near_plane(0 * size, size) * 2**24)
+        assert (step > diagonal / 4096) == deep
+
+
 @given(diagonal=st.floats(0, 1e6))
 def test_the_near_plane_suits_helmets_and_halls(diagonal: float) -> None:
     near = near_plane(np.zeros(3), np.array([diagonal, 0.0, 0.0]))

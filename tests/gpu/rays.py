@@ -10,7 +10,7 @@ import numpy as np
 
 from app.bvh.build import Bvh, build_bvh
 from app.bvh.oracle import intersect_triangle
-from app.bvh.pack import pack_triangle_positions, pack_triangles, stack_entries
+from app.bvh.pack import from_lowest_corner, pack_triangle_positions, pack_triangles, stack_entries
 from app.bvh.top import scene_tree
 from app.gpu.records import IN_TEXTURES, Records, RecordTexture, make_records
 from app.gpu.scene import GpuScene, Progress
@@ -32,7 +32,7 @@ ALPHA
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= count) return;
-    Hit hit = Hit(0.0, 0u, uvec3(0u), 0u, 0u, vec2(0.0));
+    Hit hit = Hit(0.0, 0.0, 0u, uvec3(0u), 0u, 0u, vec2(0.0));
     Ray ray = Ray(rays[2u * i].xyz, rays[2u * i + 1u].xyz, t_min);
     bool found = TRACE;
     results[i] = uvec4(floatBitsToUint(hit.t), found ? hit.triangle : 0xffffffffu, floatBitsToUint(hit.barycentrics));
@@ -55,11 +55,12 @@ class Mesh:
 
     def __init__(
         self, ctx: moderngl.Context, positions: np.ndarray, indices: np.ndarray, materials: np.ndarray | None = None,
-        textures: bool = False,
+        textures: bool = False, drawn: np.ndarray | None = None,
     ):  # fmt: skip
         self.ctx = ctx
         positions = np.ascontiguousarray(positions, np.float32)
-        indices = np.ascontiguousarray(indices, np.uint32)
+        indices = from_lowest_corner(positions, np.ascontiguousarray(indices, np.uint32))
+        drawn = np.arange(len(indices)) if drawn is None else drawn
         materials = np.zeros(len(positions), np.uint32) if materials is None else materials
         self.corners = positions[indices].astype(np.float64)
         self.bvh: Bvh = build_bvh(positions, indices)
@@ -70,15 +71,19 @@ class Mesh:
             for name, data in {
                 "BvhNodes": self.bvh.nodes,
                 "Triangles": pack_triangles(order, indices, materials),
-                "TrianglePositions": pack_triangle_positions(order, positions, indices),
+                "TrianglePositions": pack_triangle_positions(order, positions, indices, drawn),
             }.items()
         }
 
     @staticmethod
-    def of(ctx: moderngl.Context, corners: np.ndarray, materials: np.ndarray | None = None) -> Mesh:
-        """A mesh from loose corners (m, 3, 3), with a material for each triangle."""
+    def of(
+        ctx: moderngl.Context, corners: np.ndarray, materials: np.ndarray | None = None,
+        drawn: np.ndarray | None = None,
+    ) -> Mesh:  # fmt: skip
+        """A mesh from loose corners (m, 3, 3); each triangle with a material and a place in the order of drawing."""
         indices = np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3)
-        return Mesh(ctx, corners.reshape(-1, 3), indices, None if materials is None else np.repeat(materials, 3))
+        materials = None if materials is None else np.repeat(materials, 3)
+        return Mesh(ctx, corners.reshape(-1, 3), indices, materials, drawn=drawn)
 
     def trace(
         self, origins: np.ndarray, directions: np.ndarray, t_min: float = 0.0, t_max: float = FAR,
@@ -113,7 +118,9 @@ class MovingMesh:
     def corners(self, time_s: float) -> np.ndarray:
         """(m, 3, 3) of all triangles in the world, float64."""
         t = self.triangles
-        there = np.concatenate([np.eye(4)[None], places(t.moving, time_s)])[t.objects]
+        still = np.eye(4)[None]
+        still[0, :3, 3] = t.origin
+        there = np.concatenate([still, places(t.moving, time_s)])[t.objects]
         world = np.einsum("nij,nj->ni", there[:, :3, :3], t.positions.astype(float)) + there[:, :3, 3]
         return world[t.indices]
 
@@ -124,7 +131,7 @@ class MovingMesh:
         """Runs `call` for every ray, with the scene as it is at a time; `triangle` is its index in `corners`."""
         self.gpu.place(time_s, time_s)
         defines = {"OBJECTS": 1, **{k: v for k, v in self.gpu.defines.items() if k.endswith("_STACK")}}
-        rays, limits = (origins, directions), (t_min, t_max)
+        rays, limits = (origins - self.triangles.origin, directions), (t_min, t_max)
         return trace_rays(self.ctx, self.gpu.blocks, self.order, defines, rays, limits, call, "")
 
     def release(self) -> None:

@@ -90,7 +90,8 @@ def test_materials_name_their_textures() -> None:
 
 def test_lights_come_suns_first_and_one_casts() -> None:
     spot = Light("spot", (1, 0.5, 0), 10.0, (1, 2, 3), (0, -1, 0), 4.0, math.radians(20), math.radians(30))
-    records = pack_lights([spot, SUN, replace(SUN, intensity=1.0)])
+    records = pack_lights([spot, SUN, replace(SUN, intensity=1.0)], np.array([1.0, 1.0, 1.0]))
+    np.testing.assert_allclose(records[2]["position"], (0, 1, 2))
     assert records.dtype == LIGHT
     assert records["kind"].tolist() == [0, 0, 2]
     assert records["casts_shadow"].tolist() == [1, 0, 0]

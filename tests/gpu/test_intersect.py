@@ -65,6 +65,9 @@ GRIDS = [  # (origin, steps, planes of the grid that boxes may use, the rays' or
     pytest.param((0.375, -1.5, 2.0), (2.0**-9, 2.0**-7, 2.0**-8), 256, 1.2, id="a small node"),
     pytest.param((1e6, -3e5, 4096.0), (0.0625, 2.0, 2.0**-12), 256, 1.2, id="far from the origin"),
     pytest.param((2.0**30, 0.0, 0.0), (64.0, 2.0**10, 2.0**-30), 256, 1.2, id="uneven"),
+    pytest.param((1e5, 0.0, -1e5), (2.0**-7, 2.0**-100, 2.0**-7), 256, 1.2, id="flat, 100 km away"),
+    pytest.param((0.0, -(2.0**-60), 0.0), (2.0**-70, 2.0**-66, 2.0**-90), 256, 1.2, id="far below any length"),
+    pytest.param((-(2.0**39), 0.0, 2.0**30), (2.0**32, 2.0**30, 2.0**31), 256, 1.2, id="as large as may be"),
 ]
 
 
@@ -104,10 +107,10 @@ def boxes_and_rays(seed: int, origin: tuple[float, ...], steps: tuple[float, ...
     words = np.ascontiguousarray(np.swapaxes(ends, 2, 3).astype(np.uint8)).view(np.uint32)[..., 0]
     place = rng.uniform(-around, around, (COUNT, 3)) * planes / 2 + planes / 2
     place = np.where(rng.random((COUNT, 3)) < 0.5, np.round(place), place)
-    directions = rng.normal(size=(COUNT, 3)) * step
+    directions = rng.normal(size=(COUNT, 3)) * step / step.max()
     directions[rng.random((COUNT, 3)) < 0.3] = 0.0
     directions *= rng.choice([-1.0, 1.0], (COUNT, 3))  # -0.0 too
-    directions[(directions == 0).all(axis=1), 0] = 1.0
+    directions[np.abs(directions).max(axis=1) < 1e-6, step.argmax()] = 1.0  # the least length that a ray may have
     low, high = first + ends * step
     return Case((first, step), words, low, high, float32(first + place * step), float32(directions))
 
@@ -118,8 +121,9 @@ def test_boxes_are_never_missed_and_entered_no_later(
 ) -> None:
     """Nor is a box that the triangle test's errors, up to 10 roundings of the reach, bring within reach of the ray."""
     case = boxes_and_rays(3, origin, steps, planes, around)
-    ours, truth = case.enter(ctx, t_max=0.8 * planes), case.truth(0.8 * planes)
-    assert np.isfinite(ours[np.isfinite(case.truth(0.8 * planes, 10 * ULP * case.reach))]).all()
+    t_max = 0.8 * planes * max(steps)
+    ours, truth = case.enter(ctx, t_max), case.truth(t_max)
+    assert np.isfinite(ours[np.isfinite(case.truth(t_max, 10 * ULP * case.reach))]).all()
     assert (ours <= truth * (1 + 3 * ULP)).all()
     assert 0.01 < np.isfinite(truth).mean() < 0.6  # both answers occur
 
@@ -130,7 +134,7 @@ def test_boxes_are_widened_by_no_more_than_the_margin(
 ) -> None:
     """Every box reported hit is hit in float64 once widened by a few roundings of the coordinates."""
     case = boxes_and_rays(4, origin, steps, planes, around)
-    t_max = 0.8 * planes
+    t_max = 0.8 * planes * max(steps)
     ours = case.enter(ctx, t_max)
     far = np.abs(case.origins).max(axis=1)[:, None, None]
     truth = case.truth(t_max * (1 + 10 * ULP), 2 * (15 * ULP * case.reach + ULP * far) + 8 * ULP * case.reach)

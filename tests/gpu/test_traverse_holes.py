@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 import numpy as np
+import pytest
 
 from app.bvh.oracle import brute_force
 
@@ -19,7 +20,7 @@ def test_masked_holes_let_rays_through(ctx: moderngl.Context) -> None:
     )
     material = rng.integers(0, 4, 400).astype(np.uint32)
     mesh = Mesh.of(ctx, corners, material)
-    passes = "(material & 1u) == 0u && v.x % 3u == 0u"  # a triangle's first vertex is a multiple of 3 in this mesh
+    passes = "(material & 1u) == 0u && v / 3u == uvec3(v.x / 3u)"  # in this mesh, three vertices are one triangle's
     alpha = f"bool alpha_passes(uint material, uvec3 v, vec2 weights, float t) {{ return {passes}; }}"
     origins, directions = as_float32(rng.uniform(-2, 2, (20_000, 3)), unit_vectors(rng, 20_000))
     result = mesh.trace(origins, directions, alpha=alpha)
@@ -35,7 +36,7 @@ def test_masked_holes_let_rays_through(ctx: moderngl.Context) -> None:
 
 
 def test_a_ray_passes_stacked_and_coincident_holes_in_order(ctx: moderngl.Context) -> None:
-    """Sheets in layers of five equal ones: a ray ends at the first solid sheet in order of distance, then of leaves."""
+    """Sheets in layers of five equal ones: a ray ends at the first solid one, by distance and then as drawn."""
     sheet = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], float)
     depth = np.repeat(np.arange(1.0, 41.0), 5)
     rng = np.random.default_rng(8)
@@ -46,9 +47,49 @@ def test_a_ray_passes_stacked_and_coincident_holes_in_order(ctx: moderngl.Contex
     alpha = "bool alpha_passes(uint material, uvec3 v, vec2 weights, float t) { return material == 1u; }"
     origins = np.column_stack([rng.uniform(-0.2, 0.2, (500, 2)), np.zeros(500)])
     result = mesh.trace(origins, np.broadcast_to([0.0, 0, 1], (500, 3)), alpha=alpha)
-    place = np.argsort(mesh.bvh.order)
-    expected = min(np.flatnonzero(solid), key=lambda i: (depth[i], place[i]))
+    expected = min(np.flatnonzero(solid), key=lambda i: (depth[i], i))
     assert (result.triangle == expected).all()
     nothing = mesh.trace(origins, np.broadcast_to([0.0, 0, 1], (500, 3)), t_max=19.5, alpha=alpha)
     assert not nothing.hit.any()
     mesh.release()
+
+
+COUNTED = """
+uint asked = 0u;
+bool alpha_passes(uint material, uvec3 v, vec2 weights, float t) { ++asked; return material == 1u; }
+bool counted(Ray ray, float t_max, out Hit hit) {
+    bool found = trace_closest(ray, t_max, hit);
+    hit.barycentrics = vec2(asked);
+    return found;
+}"""
+
+
+@pytest.mark.parametrize(
+    ("gap", "layers"),
+    [(0.05, 1), (0.05, 16), (0.05, 64), (0.05, 256), (1e-6, 64), (1e-6, 256), (0.0, 2), (0.0, 64)],
+)
+def test_a_ray_asks_once_for_each_layer_that_it_passes(ctx: moderngl.Context, layers: int, gap: float) -> None:
+    """Cut-out sheets before a solid one, far apart, within a few roundings, and in one place: as many questions as
+    layers, so that the cost is linear and the walk ends. None is passed over or asked twice.
+    """
+    rng = np.random.default_rng(9)
+    sheet = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], float)
+    place = rng.permutation(np.arange(layers + 1))
+    solid = place == layers
+    depth = 1.0 + gap * place
+    if not gap:
+        solid = np.arange(layers + 1) == layers  # of coincident sheets, the last one drawn
+    mesh = Mesh.of(ctx, sheet + depth[:, None, None] * [0, 0, 1], solid.astype(np.uint32))
+    count = 500
+    directions = np.column_stack([rng.uniform(-0.01, 0.01, (count, 2)), np.ones(count)])
+    origins, directions = as_float32(np.column_stack([rng.uniform(-0.2, 0.2, (count, 2)), np.zeros(count)]), directions)
+    result = mesh.trace(origins, directions, call="counted(ray, t_max, hit)", alpha=COUNTED)
+    assert result.hit.all()
+    assert (result.triangle == np.flatnonzero(solid)[0]).all()
+    np.testing.assert_array_equal(result.barycentrics[:, 0], layers + 1)
+    mesh.release()
+    holes = Mesh.of(ctx, mesh.corners[~solid])
+    nothing = holes.trace(origins, directions, call="counted(ray, t_max, hit)", alpha=COUNTED)
+    assert not nothing.hit.any()
+    np.testing.assert_array_equal(nothing.barycentrics[:, 0], layers)
+    holes.release()
