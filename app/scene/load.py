@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import UserError
+from ..files import is_file, user_path
 from . import gallery
 from .decoded import Decoded
 from .gltf import read_gltf
@@ -48,12 +49,12 @@ def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Sc
 def scene_file(path_or_name: str | Path) -> Path:
     """Where a built-in scene or a file lies. Raises UserError for what cannot be a scene."""
     built_in = gallery.find(str(path_or_name))
-    path = built_in.path if built_in else Path(path_or_name).expanduser()
+    path = built_in.path if built_in else user_path(path_or_name)
     if path.suffix.lower() not in GLTF + OTHERS:
         known = ", ".join(entry.name for entry in gallery.SCENES)
         kinds = " ".join(GLTF + OTHERS)
         raise UserError(f"{path} is neither a built-in scene ({known}) nor a file of a known kind ({kinds}).")
-    if not path.is_file():
+    if not is_file(path):
         raise UserError(f"{path} does not exist or is no file: check the path.")
     return path
 

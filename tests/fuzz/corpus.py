@@ -65,7 +65,9 @@ def _json(origin: str, number: int, rng: np.random.Generator) -> Files:
     whole = dict(seed(origin))
     main = next(iter(whole))
     text = bent_json(_document(origin), number)
-    whole[main] = joined_glb(text, split_glb(whole[main])[1]) if origin == "glb" else text.encode("utf-8", "surrogatepass")
+    whole[main] = (
+        joined_glb(text, split_glb(whole[main])[1]) if origin == "glb" else text.encode("utf-8", "surrogatepass")
+    )
     return whole
 
 

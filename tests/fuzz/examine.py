@@ -47,7 +47,7 @@ def examine(path: Path) -> Outcome:
             outcome = _loaded(path)
         except UserError as error:
             outcome = _refused(error, path)
-        except BaseException:  # noqa: BLE001  whatever it is, it must not come out
+        except BaseException:
             outcome = Outcome("wrong", "raised " + traceback.format_exc(limit=-4))
     shown = [str(w.message) for w in warned if not issubclass(w.category, SILENT)]
     if shown or printed.text:
@@ -182,7 +182,7 @@ class _Printed:
 
     def __enter__(self) -> _Printed:
         self.text = ""
-        self._file = tempfile.TemporaryFile()  # noqa: SIM115  closed by __exit__
+        self._file = tempfile.TemporaryFile()
         self._before = os.dup(2)
         os.dup2(self._file.fileno(), 2)
         return self

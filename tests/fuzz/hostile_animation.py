@@ -20,7 +20,9 @@ def _animate(maker: Maker, nodes: list[int], times: Any, values: Any, path: str,
     maker.add("animations", {"samplers": [{"input": keys, "output": moves, **sampler}], "channels": channels})
 
 
-def _moving(times: Any, values: Any = None, path: str = "translation", node: dict[str, Any] | None = None, **sampler: Any) -> Case:
+def _moving(
+    times: Any, values: Any = None, path: str = "translation", node: dict[str, Any] | None = None, **sampler: Any
+) -> Case:
     def bend(maker: Maker) -> None:
         moved = maker.triangle()
         maker.json["nodes"][moved].update(node or {})

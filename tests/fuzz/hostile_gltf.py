@@ -118,7 +118,10 @@ def _squashed(maker: Maker) -> None:
 
 def _sparse(indices: Any, kind: str = "<u2", **content: Any) -> Case:
     def bend(maker: Maker) -> None:
-        at = {"bufferView": maker.view(np.asarray(indices, kind).tobytes()), "componentType": {"<u2": 5123, "i1": 5120}[kind]}
+        at = {
+            "bufferView": maker.view(np.asarray(indices, kind).tobytes()),
+            "componentType": {"<u2": 5123, "i1": 5120}[kind],
+        }
         values = {"bufferView": maker.view(SQUARE[: len(indices)].tobytes())}
         sparse = {"count": len(indices), "indices": at, "values": values, **content}
         maker.node(mesh=maker.mesh(maker.primitive(maker.accessor(SQUARE, sparse=sparse))))
@@ -186,7 +189,9 @@ CASES: dict[str, Case] = {
     "scenes but no nodes": document(scenes=[{"nodes": [0]}]),
     "a root twice": gltf(lambda m: m.json["scenes"][0]["nodes"].append(m.triangle())),
     "a node below itself": _with_node(children=[0]),
-    "a cycle of two": gltf(lambda m: m.json.update(nodes=[{"children": [1]}, {"children": [0]}], scenes=[{"nodes": [0]}])),
+    "a cycle of two": gltf(
+        lambda m: m.json.update(nodes=[{"children": [1]}, {"children": [0]}], scenes=[{"nodes": [0]}])
+    ),
     "a cycle without scenes": document(nodes=[{"children": [1]}, {"children": [2]}, {"children": [1]}]),
     "five thousand nodes deep": _chain(5000),
     "five thousand nodes that double": _chain(5000, scale=[2, 2, 2]),
@@ -200,7 +205,9 @@ CASES: dict[str, Case] = {
     "mode 7": _mode(7),
     "a mesh without primitives": gltf(lambda m: m.node(mesh=m.mesh())),
     "a primitive without attributes": gltf(lambda m: m.node(mesh=m.mesh({"attributes": {}}))),
-    "a required extension": gltf(lambda m: m.json.update(extensionsRequired=["EXT_" + "x" * 9000] * m.triangle() + ["A\nB"])),
+    "a required extension": gltf(
+        lambda m: m.json.update(extensionsRequired=["EXT_" + "x" * 9000] * m.triangle() + ["A\nB"])
+    ),
     "meshopt": _with_view(extensions={"EXT_meshopt_compression": {}}),
     "uri: traversal": _with_uri("../../etc/passwd"),
     "uri: traversal inside": _with_uri("a/../../model.bin"),

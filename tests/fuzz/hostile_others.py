@@ -112,7 +112,9 @@ CASES: dict[str, Case] = {
     "obj: picture cut short": _picture(SMALL[:40]),
     "obj: picture of text": _picture(b"not a picture"),
     "obj: picture with a comment of 100 MB": _picture(text_bomb()),
-    "obj: picture in PostScript": _picture(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\nshowpage\n"),
+    "obj: picture in PostScript": _picture(
+        b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\nshowpage\n"
+    ),
     "obj: picture outside": _mtl(b"map_Kd ../../../etc/passwd\n"),
     "obj: picture with nul": _mtl(b"map_Kd a\0b\n"),
     "obj: picture of five thousand letters": _mtl(b"map_Kd " + b"a" * 5000 + b"\n"),
@@ -144,9 +146,13 @@ CASES: dict[str, Case] = {
     "ply: x is a list": _properties("property list uchar float x\nproperty float y\nproperty float z\n"),
     "ply: x twice": _properties("property float x\n" + _FLOATS),
     "ply: a type unknown": _properties("property quad x\nproperty float y\nproperty float z\n"),
-    "ply: doubles beyond floats": _properties(_FLOATS.replace("float", "double"), b"1e300 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+    "ply: doubles beyond floats": _properties(
+        _FLOATS.replace("float", "double"), b"1e300 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    ),
     "ply: nan": _properties(_FLOATS, b"nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
-    "ply: a texture outside": alone("model.ply", b"ply\nformat ascii 1.0\ncomment TextureFile ../../etc/passwd\nend_header\n"),
+    "ply: a texture outside": alone(
+        "model.ply", b"ply\nformat ascii 1.0\ncomment TextureFile ../../etc/passwd\nend_header\n"
+    ),
     "stl: nothing": alone("model.stl", b""),
     "stl: a header": alone("model.stl", b"\0" * 84),
     "stl: solid and nothing": alone("model.stl", b"solid a\nendsolid a\n"),

@@ -12,7 +12,15 @@ import numpy as np
 
 Random = np.random.Generator
 
-_WORDS = (b"\0\0\0\0", b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\x01\0\0\0")
+_WORDS = (
+    b"\0\0\0\0",
+    b"\xff\xff\xff\xff",
+    b"\xff\xff\xff\x7f",
+    b"\0\0\0\x80",
+    b"\0\0\xc0\x7f",
+    b"\0\0\x80\x7f",
+    b"\x01\0\0\0",
+)
 
 
 def _place(data: bytes, rng: Random) -> int:
@@ -70,9 +78,10 @@ def bent_bytes(data: bytes, rng: Random) -> bytes:
 
 
 _TOKENS = (
-    b"nan", b"inf", b"-inf", b"1e308", b"-1e308", b"1e999", b"1e-320", b"-1", b"0", b"1", b"4294967296", b"99999999999999999999",
-    b"2000000000", b"", b"x", b"1/", b"//", b"/1", b"-0", b"0x10", b"1_0", b"\xff\xfe", b"\0", b"1 " * 500, b"../../etc/passwd",
-    b"/etc/passwd", b"a" * 5000, b"\xe2\x80\xae", b"\x1b[31m", b"\\", b"double", b"list",
+    b"nan", b"inf", b"-inf", b"1e308", b"-1e308", b"1e999", b"1e-320", b"-1", b"0", b"1", b"4294967296",
+    b"99999999999999999999", b"2000000000", b"", b"x", b"1/", b"//", b"/1", b"-0", b"0x10", b"1_0", b"\xff\xfe",
+    b"\0", b"1 " * 500, b"../../etc/passwd", b"/etc/passwd", b"a" * 5000, b"\xe2\x80\xae", b"\x1b[31m", b"\\",
+    b"double", b"list",
 )  # fmt: skip
 _TOKEN = re.compile(rb"[^\s/]+")
 
@@ -101,12 +110,14 @@ class Raw(str):
 _GONE = object()  # the key is left out
 _AGAIN = object()  # an array's entry is there a thousand times
 _VALUES: tuple[Any, ...] = (
-    _GONE, None, True, False, 0, -1, 1, 2, 3, 7, 255, 2**31 - 1, 2**32, 2**63, -(2**63), 10**30, Raw("9" * 5000), Raw("9" * 400),
-    0.5, -0.5, -0.0, 1e-320, 1e30, 1e308, -1e308, Raw("1e999"), Raw("-1e999"), Raw("NaN"), Raw("Infinity"), 5126, 5125, 5120,
-    "", "x", "SCALAR", "MAT4", "VEC3", "../../etc/passwd", "/etc/passwd", "%2e%2e/%2e%2e/etc/passwd", "file:///etc/passwd",
-    "http://example.org/x", "C:\\x", "model.bin", "data:,", "data:image/png;base64,AAAA", "a" * 5000, "\ud800", "a\nb\x1b[31m\u202e",
-    "\0", [], [[]], [0], [0, 0, 0], [0, 0, 0, 0], [1e308] * 3, [-1e308] * 4, [0] * 16, [1e308] * 16, [1e-300] * 3, [None] * 3, ["x"] * 4,
-    [0, 0, 0, 1e-200], [True] * 4, {}, {"index": 0}, {"index": -1}, {"extensions": None}, Raw("[" * 400 + "]" * 400), _AGAIN,
+    _GONE, None, True, False, 0, -1, 1, 2, 3, 7, 255, 2**31 - 1, 2**32, 2**63, -(2**63), 10**30,
+    Raw("9" * 5000), Raw("9" * 400), 0.5, -0.5, -0.0, 1e-320, 1e30, 1e308, -1e308, Raw("1e999"), Raw("-1e999"),
+    Raw("NaN"), Raw("Infinity"), 5126, 5125, 5120, "", "x", "SCALAR", "MAT4", "VEC3", "../../etc/passwd",
+    "/etc/passwd", "%2e%2e/%2e%2e/etc/passwd", "file:///etc/passwd", "http://example.org/x", "C:\\x",
+    "model.bin", "data:,", "data:image/png;base64,AAAA", "a" * 5000, "\ud800", "a\nb\x1b[31m\u202e", "\0", [],
+    [[]], [0], [0, 0, 0], [0, 0, 0, 0], [1e308] * 3, [-1e308] * 4, [0] * 16, [1e308] * 16, [1e-300] * 3,
+    [None] * 3, ["x"] * 4, [0, 0, 0, 1e-200], [True] * 4, {}, {"index": 0}, {"index": -1}, {"extensions": None},
+    Raw("[" * 400 + "]" * 400), _AGAIN,
 )  # fmt: skip
 
 

@@ -51,7 +51,9 @@ _LIGHTS = [
 
 
 def _materials(maker: Maker) -> None:
-    images = [maker.add("images", {"bufferView": maker.view(data), "mimeType": "image/png"}) for data in (_CHECKER, _GREY)]
+    images = [
+        maker.add("images", {"bufferView": maker.view(data), "mimeType": "image/png"}) for data in (_CHECKER, _GREY)
+    ]
     sampler = maker.add("samplers", {"wrapS": 33071, "wrapT": 33648, "magFilter": 9729})
     color, data = (maker.add("textures", {"source": image, "sampler": sampler}) for image in images)
     moved = {"KHR_texture_transform": {"offset": [0.5, 0], "rotation": 0.3, "scale": [2, 2], "texCoord": 0}}
@@ -107,7 +109,9 @@ def _sparse(maker: Maker) -> int:
 
 
 def _colors(maker: Maker) -> int:
-    return maker.accessor(np.array([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [9, 9, 9, 255]], "u1"), normalized=True)
+    return maker.accessor(
+        np.array([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [9, 9, 9, 255]], "u1"), normalized=True
+    )
 
 
 def _animation(maker: Maker, node: int) -> None:
