@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import quoted
+from .geometry import unit
 from .gltf_animation import Animation
 from .gltf_file import GltfFile, Json
 from .model import F64, Light, SceneCamera
 from .motion import Joint, Motion, Track, rotation_matrices, still, unit_quaternions
+from .validate import MAX_COORDINATE
 
 _KINDS = {"directional": "sun", "point": "point", "spot": "spot"}
 # Ratio of the scales along two axes beyond which the way back into a moving space is lost to float32.
@@ -67,7 +70,7 @@ def _moving(node: Json, tracks: dict[str, Track], period: float, parent: _Place,
     world = parent.world @ pose
     followed = np.isfinite(world).all() and np.linalg.cond(world[:3, :3]) <= WORST_CONDITION
     if followed and len(above) < MAX_JOINTS:
-        return _Place(world, np.eye(4), Motion((*above, joint), period, str(node.get("name", ""))))
+        return _Place(world, np.eye(4), Motion((*above, joint), period, quoted(node.get("name", ""))))
     notes.append(f"Animated nodes that are scaled flat, far off or below {MAX_JOINTS} others do not move themselves.")
     return _Place(world, parent.rest @ pose, parent.motion)
 
@@ -107,15 +110,15 @@ def _vector(values: Any, length: int) -> F64:
 
 def _direction(world: F64, local: tuple[float, float, float]) -> F64:
     """World direction of a node's local axis, unit; scale means nothing to cameras and lights (spec, 3.10)."""
-    vector = world[:3, :3] @ np.asarray(local)
-    length = np.linalg.norm(vector)
-    return vector / length if length > 0.0 else np.asarray(local)
+    with np.errstate(over="ignore", invalid="ignore"):  # a place that is not finite is left out later, by bounded
+        vector = unit((world[:3, :3] @ np.asarray(local))[None])[0]
+    return vector if vector.any() else np.asarray(local)
 
 
 def read_camera(file: GltfFile, node: Node, notes: list[str]) -> SceneCamera | None:
     """The perspective camera on a node; focus and aperture come from the camera's `extras` if given there in metres."""
     camera = file.item("cameras", node.json["camera"])
-    name = str(camera.get("name") or node.json.get("name", ""))
+    name = quoted(camera.get("name") or node.json.get("name", ""))
     if camera.get("type") != "perspective":
         notes.append(f"Camera {name!r} is not perspective and was dropped.")
         return None
@@ -126,7 +129,9 @@ def read_camera(file: GltfFile, node: Node, notes: list[str]) -> SceneCamera | N
     extras = extras if isinstance(extras, dict) else {}
     focus, aperture = _positive(extras.get("focus_distance")), _positive(extras.get("aperture"), zero=True)
     eye = node.world[:3, 3]
-    target = eye + (focus or 1.0) * _direction(node.world, (0.0, 0.0, -1.0))
+    # Near enough for a finite target, far enough to be another point than the eye in float64.
+    ahead = min(max(focus or 1.0, 1e-6 * float(np.abs(eye).max()), 1e-6), MAX_COORDINATE)
+    target = eye + ahead * _direction(node.world, (0.0, 0.0, -1.0))
     up = _direction(node.world, (0.0, 1.0, 0.0))
     return SceneCamera(_triple(eye), _triple(target), _triple(up), math.degrees(fov), focus, aperture, name)
 

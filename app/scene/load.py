@@ -12,11 +12,12 @@ import numpy as np
 from ..errors import UserError
 from ..files import is_file, user_path
 from . import gallery
+from .bounded import bound
 from .decoded import Decoded
 from .gltf import read_gltf
 from .model import F64, LARGEST_IMAGE_PX, Image, Instance, LoadReport, Mesh, Scene
 from .motion import Motion
-from .validate import MAX_MOVING, MAX_TRIANGLES, Repairs, check_moving, check_placed, clean
+from .validate import MAX_MOVING, MAX_TRIANGLES, MAX_VERTICES, Repairs, check_moving, check_placed, clean
 from .vertex_colors import colors_to_materials
 
 Progress = Callable[[str, float], None]
@@ -34,6 +35,7 @@ def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Sc
     report = progress or (lambda stage, fraction: None)
     path = scene_file(path_or_name)
     decoded = _decode(path, report)
+    bound(decoded)
     colors_to_materials(decoded, str(path))
     repairs = Repairs()
     meshes = []
@@ -78,10 +80,13 @@ def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, 
         raise UserError(f"{source} holds no triangles that could be drawn: choose another file.")
     if triangles > MAX_TRIANGLES:
         raise UserError(f"{source} places {triangles} triangles, over the limit of {MAX_TRIANGLES}: simplify it.")
+    vertices = sum(len(meshes[i.mesh].positions) for i in instances)
+    if vertices > MAX_VERTICES:
+        raise UserError(f"{source} places {vertices} vertices, over the limit of {MAX_VERTICES}: simplify it.")
     summary = LoadReport(
         source=source,
         triangles=triangles,
-        vertices=sum(len(meshes[i.mesh].positions) for i in instances),
+        vertices=vertices,
         degenerate=triangles - kept,
         notes=(*dict.fromkeys(decoded.notes), *repairs.notes(), *_reduced(decoded.images)),
         seconds=time.perf_counter() - started,

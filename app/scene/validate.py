@@ -18,6 +18,7 @@ MAX_VERTICES = 50_000_000
 MAX_TRIANGLES = 50_000_000
 # A world wider than this leaves float32 less than a millimetre of resolution, and beyond 1e18 m squares overflow.
 MAX_COORDINATE = 1e9
+MAX_TEXTURE_COORDINATE = 1e9  # times a texture's scale (bounded.py) its square still fits into float32
 MAX_MOVING = 255  # objects: their index shares a 32-bit word with the material's (app/gpu/arrays.py)
 
 
@@ -64,15 +65,27 @@ def count(number: int, singular: str, plural: str | None = None) -> str:
     return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
+def check_counts(vertices: int, triangles: int, where: str) -> None:
+    """Raise UserError, naming `where`, if that is more than can be held."""
+    if vertices > MAX_VERTICES or triangles > MAX_TRIANGLES:
+        raise UserError(
+            f"{where} has {vertices} vertices and {triangles} triangles, over the limit of {MAX_TRIANGLES}: simplify "
+            "it."
+        )
+
+
 def check(raw: RawMesh, where: str) -> None:
     """Raise UserError, naming `where`, unless the arrays are finite, in range and of agreeing length."""
     n, m = len(raw.positions), len(raw.triangles)
-    if n > MAX_VERTICES or m > MAX_TRIANGLES:
-        raise UserError(f"{where} has {n} vertices and {m} triangles, over the limit of {MAX_TRIANGLES}: simplify it.")
-    for kind in ("normals", "uvs", "tangents", "colors"):
+    check_counts(n, m, where)
+    if raw.positions.shape != (n, 3) or raw.triangles.shape != (m, 3):
+        raise UserError(f"{where} has positions or faces that are not of three numbers each: re-export the file.")
+    for kind, width in (("normals", 3), ("uvs", 2), ("tangents", 4), ("colors", 4)):
         array = getattr(raw, kind)
         if array is not None and len(array) != n:
             raise UserError(f"{where} has {n} positions but {len(array)} {kind}: re-export the file.")
+        if array is not None and array.shape != (n, width):
+            raise UserError(f"{where} has {kind} that are not of {width} numbers each: re-export the file.")
     if m and (int(raw.triangles.min()) < 0 or int(raw.triangles.max()) >= n):
         raise UserError(f"{where} has a triangle index outside its {n} vertices: re-export the file.")
     if not np.isfinite(raw.positions).all():
@@ -81,8 +94,11 @@ def check(raw: RawMesh, where: str) -> None:
         raise UserError(
             f"{where} has a vertex farther than {MAX_COORDINATE:g} m from the origin: scale the model down."
         )
-    if raw.uvs is not None and not np.isfinite(raw.uvs).all():
-        raise UserError(f"{where} has a texture coordinate that is not a finite number: re-export the file.")
+    if raw.uvs is not None and not (np.abs(raw.uvs) <= MAX_TEXTURE_COORDINATE).all():  # NaN fails as well
+        raise UserError(
+            f"{where} has a texture coordinate that is not a finite number or beyond {MAX_TEXTURE_COORDINATE:g}: "
+            "re-export the file."
+        )
 
 
 def check_placed(mesh: Mesh, instance: Instance, where: str) -> F64:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -21,16 +22,15 @@ class StatusLog:
         except OSError as error:
             raise UserError(f"--status {path}: {error.strerror or error}") from None
 
-    def write(self, state: dict[str, Any]) -> str:
-        """Note a state. Where the disk takes no more the log ends, and a sentence says so, once."""
+    def write(self, state: dict[str, Any], say: Callable[[str], None]) -> None:
+        """Note a state. Where the disk takes no more the log ends, and `say` is told so, once."""
         if self._file and state != self._last:
             try:
                 self._file.write(json.dumps(state) + "\n")
             except OSError as error:
                 self.close()
-                return f"--status {self._path}: {error.strerror or error}; the log ends here"
+                say(f"--status {self._path}: {error.strerror or error}; the log ends here")
             self._last = state
-        return ""
 
     def close(self) -> None:
         """End the log; what is not on the disk by then is lost."""

@@ -150,7 +150,7 @@ def test_going_to_a_viewpoint_without_focus_keeps_the_focus(state: State, reques
 def test_the_status_log_holds_changes_only(tmp_path: Path) -> None:
     log = StatusLog(tmp_path / "log")
     for value in (1, 1, 2):
-        log.write({"value": value})
+        log.write({"value": value}, pytest.fail)
     log.close()
     assert (tmp_path / "log").read_text().splitlines() == ['{"value": 1}', '{"value": 2}']
     with pytest.raises(UserError, match="--status"):
