@@ -12,6 +12,7 @@ import numpy as np
 from .bvh.cache import cached_tree
 from .bvh.top import scene_tree
 from .camera import Viewpoint, look_at
+from .errors import UserError
 from .gpu.context import Context
 from .gpu.scene import GpuScene
 from .scene.flatten import flatten
@@ -28,7 +29,10 @@ FRAMING_APERTURE = 0.01  # ... whose opening is this share of the scene's diagon
 def open_scene(name: str, progress: Progress | None = None) -> tuple[Scene, Triangles]:
     """Load a built-in scene or a file and bake it to world space. Raises UserError."""
     scene = load_scene(name, progress)
-    return scene, flatten(scene)
+    triangles = flatten(scene)
+    if not len(triangles.indices):
+        raise UserError(f"{scene.report.source} holds no triangles that could be drawn: all are scaled to nothing.")
+    return scene, triangles
 
 
 def load_gpu_scene(ctx: Context, name: str, progress: Progress | None = None) -> tuple[Scene, GpuScene]:

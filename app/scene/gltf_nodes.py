@@ -19,6 +19,7 @@ from .validate import MAX_COORDINATE
 _KINDS = {"directional": "sun", "point": "point", "spot": "spot"}
 # Ratio of the scales along two axes beyond which the way back into a moving space is lost to float32.
 WORST_CONDITION = 1e5
+_NO_ROTATION = np.eye(3)
 MAX_JOINTS = 64  # animated nodes above one another: twice what an animal's skeleton has
 
 
@@ -41,6 +42,7 @@ class _Place(NamedTuple):
 def walk(file: GltfFile, animation: Animation, notes: list[str]) -> Iterator[Node]:
     """All nodes of the default scene, parents first; UserError on a cycle or a node with two parents."""
     seen: set[int] = set()
+    rotations = _rotations(file.json.get("nodes", []))
     pending = [(root, _Place(np.eye(4), np.eye(4), None)) for root in reversed(_roots(file))]
     while pending:
         index, parent = pending.pop()
@@ -49,7 +51,7 @@ def walk(file: GltfFile, animation: Animation, notes: list[str]) -> Iterator[Nod
             raise file.broken(f"reaches nodes[{index}] twice, so its node graph is no tree")
         seen.add(index)
         with np.errstate(over="ignore", invalid="ignore"):  # an infinite place is refused later, by validate
-            local = _local(file, node)
+            local = _local(file, node, rotations.get(index, _NO_ROTATION))
             place = _Place(parent.world @ local, parent.rest @ local, parent.motion)
             if tracks := animation.tracks.get(index):
                 place = _moving(node, tracks, animation.period, parent, notes)
@@ -86,15 +88,23 @@ def _roots(file: GltfFile) -> list[int]:
     return roots
 
 
-def _local(file: GltfFile, node: Json) -> F64:
+def _rotations(nodes: list[Json]) -> dict[int, F64]:
+    """(3, 3) rotations of the nodes that have one, by index: all at once, since there may be 100 000."""
+    given = {index: _vector(node["rotation"], 4) for index, node in enumerate(nodes) if "rotation" in node}
+    if not given:
+        return {}
+    quaternions = unit_quaternions(np.stack([*given.values()]))  # exporters round
+    return dict(zip(given, rotation_matrices(quaternions)))
+
+
+def _local(file: GltfFile, node: Json, rotation: F64) -> F64:
     if "matrix" in node:
         local = _vector(node["matrix"], 16).reshape(4, 4).T  # stored column by column
         if not np.array_equal(local[3], (0.0, 0.0, 0.0, 1.0)):
             raise file.broken("has a node matrix that is not affine")
     else:
         local = np.eye(4)
-        quaternion = unit_quaternions([_vector(node.get("rotation", (0, 0, 0, 1)), 4)])  # exporters round
-        local[:3, :3] = rotation_matrices(quaternion)[0] * _vector(node.get("scale", (1, 1, 1)), 3)
+        local[:3, :3] = rotation * _vector(node.get("scale", (1, 1, 1)), 3)
         local[:3, 3] = _vector(node.get("translation", (0, 0, 0)), 3)
     if not np.isfinite(local).all():
         raise file.broken("has a node transform that is not finite")

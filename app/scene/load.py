@@ -106,8 +106,11 @@ def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, 
 def _check_places(meshes: list[Mesh], instances: list[Instance], source: str) -> None:
     """Raise UserError unless everything stays near enough to the origin, at all times."""
     moving: dict[Motion, F64] = {}
+    extents: dict[int, F64] = {}  # many instances may share a mesh
     for instance in instances:
-        reach = check_placed(meshes[instance.mesh], instance, f"{source}: {instance.name or 'a mesh'}")
+        if instance.mesh not in extents:
+            extents[instance.mesh] = np.abs(meshes[instance.mesh].positions).max(axis=0, initial=0.0)
+        reach = check_placed(extents[instance.mesh], instance, f"{source}: {instance.name or 'a mesh'}")
         if instance.motion:
             moving[instance.motion] = np.maximum(reach, moving.get(instance.motion, reach))
     for motion, reach in moving.items():

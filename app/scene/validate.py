@@ -101,17 +101,15 @@ def check(raw: RawMesh, where: str) -> None:
         )
 
 
-def check_placed(mesh: Mesh, instance: Instance, where: str) -> F64:
+def check_placed(extent: F64, instance: Instance, where: str) -> F64:
     """Raise UserError unless the instance is within MAX_COORDINATE of the origin at time 0 (a NaN transform is not).
 
-    Returns how far from the origin it reaches along each axis (3,) [m].
+    `extent` is the largest absolute coordinate of its mesh along each axis (3,) [m]. Returns how far from the origin it
+    reaches along each axis (3,) [m].
     """
-    if not len(mesh.positions):
-        return np.zeros(3)
-    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
     linear, offset = instance.transform[:3, :3], instance.transform[:3, 3]
     with np.errstate(over="ignore", invalid="ignore"):
-        reach = np.abs(linear) @ np.maximum(np.abs(low), np.abs(high)) + np.abs(offset)
+        reach = np.abs(linear) @ extent + np.abs(offset)
     _check_reach(reach, where)
     return reach
 

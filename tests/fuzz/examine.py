@@ -21,10 +21,9 @@ from app.errors import BAD_INPUT, UserError
 from app.gpu.arrays import draw_order, oriented, pack_lights, pack_materials, pack_vertices
 from app.gpu.textures import Place
 from app.scene.facts import frame_facts, near_plane, scene_facts
-from app.scene.flatten import bounds, flatten
-from app.scene.load import load_scene
+from app.scene.flatten import bounds
 from app.scene.model import Scene, Triangles
-from app.session import focused, viewpoints
+from app.session import focused, open_scene, viewpoints
 from app.settings import Settings
 
 LONGEST_SENTENCE = 600  # characters beside the path
@@ -75,8 +74,8 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def _loaded(path: Path) -> Outcome:
-    scene = load_scene(path)
-    wrong = [*_of_scene(scene), *_of_drawing(scene)]
+    scene, triangles = open_scene(str(path))
+    wrong = [*_of_scene(scene), *_of_drawing(scene, oriented(triangles))]
     return Outcome("wrong", "; ".join(wrong)) if wrong else Outcome("loaded", " ".join(scene.report.notes))
 
 
@@ -105,9 +104,8 @@ def _of_scene(scene: Scene) -> Iterator[str]:
             yield f"image {image.name!r} is none"
 
 
-def _of_drawing(scene: Scene) -> Iterator[str]:
+def _of_drawing(scene: Scene, triangles: Triangles) -> Iterator[str]:
     """What is wrong with what is drawn: world-space triangles, tree, records, viewpoints."""
-    triangles = oriented(flatten(scene))
     yield from (f"{where} is {value}" for where, value in _numbers(triangles, "triangles") if not _sound(where, value))
     if not len(triangles.indices) or triangles.indices.max() >= len(triangles.positions):
         yield "no triangle is drawn, or one is out of range"
