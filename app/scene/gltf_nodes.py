@@ -113,7 +113,7 @@ def _local(file: GltfFile, node: Json, rotation: F64) -> F64:
 
 def _vector(values: Any, length: int) -> F64:
     vector = np.asarray(values, np.float64)
-    if vector.shape != (length,):
+    if vector.shape != (length,) or not np.isfinite(vector).all():  # null becomes NaN
         raise ValueError(f"{length} numbers expected, got {values!r:.60}")
     return vector
 
@@ -163,9 +163,9 @@ def read_light(file: GltfFile, node: Node) -> Light | None:
         raise file.broken(f"refers to light {index}, which does not exist")
     light, spot = lights[index], lights[index].get("spot", {})
     color, intensity = _vector(light.get("color", (1, 1, 1)), 3), float(light.get("intensity", 1.0))
-    if not (np.isfinite(color).all() and math.isfinite(intensity)) or color.min() < 0.0 or intensity < 0.0:
+    if not math.isfinite(intensity) or color.min() < 0.0 or intensity < 0.0:
         raise file.broken(f"has light {index} with a negative or infinite strength")
-    if intensity * color.max() == 0.0:
+    if not (intensity and color.any()):
         return None
     return Light(
         _KINDS[light["type"]],  # type: ignore[arg-type]

@@ -39,8 +39,8 @@ def parts() -> list[Part]:
     endless = 4000
     text = ("obj", "ply ascii", "stl ascii")
     return [
-        Part("glb", "json", 200, _pairs("glb")),
-        Part("gltf", "json", 160, _pairs("gltf")),
+        Part("glb", "json", 300, _pairs("glb")),
+        Part("gltf", "json", 260, _pairs("gltf")),
         *(Part(name, "bytes", 30, endless) for name in SEEDS),
         *(Part(name, "text", 40, endless) for name in text),
         *(Part(name, "beside", 30, endless) for name in ("gltf", "obj")),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +89,26 @@ def test_a_saved_camera_reads_back(state: State, requests: Requests, tmp_path: P
     found = read_viewpoint(tmp_path / "room-hybrid.json")
     assert found.camera.eye == HERE.camera.eye
     assert (found.focus_distance, found.aperture) == (4.0, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("wish", "text"), [("screenshot", ""), ("save camera", ""), ("save preset", "mine"), ("save preset", "n" * 300)]
+)
+def test_a_full_disk_is_a_message_and_the_window_goes_on(
+    state: State, requests: Requests, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wish: Any, text: str
+) -> None:
+    def full(*args: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "replace", full)
+    requests.serve(Request(wish, text))
+    assert state.shown.message.startswith(f"cannot write {tmp_path}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_home_that_is_none_is_a_message(state: State, requests: Requests) -> None:
+    requests.serve(Request("load preset", "~nobody-of-this-name/a"))
+    assert "no such home" in state.shown.message
 
 
 def test_a_missing_folder_for_screenshots_is_a_sentence(state: State, tmp_path: Path) -> None:
