@@ -166,6 +166,17 @@ def test_numbers_of_materials_lights_and_cameras_are_brought_into_range(tmp_path
     assert "plain" not in told
 
 
+@pytest.mark.parametrize("number", ["1e999", "-1e999", "NaN", "Infinity"])
+def test_a_number_that_no_float_holds_is_refused_wherever_it_is(tmp_path: Path, number: str) -> None:
+    """JSON allows 1e999, which a parser makes infinite without a word."""
+    maker = Maker()
+    maker.triangle(material=maker.add("materials", {"normalTexture": {"index": 0, "scale": 0.125}}))
+    text = maker.write(tmp_path / "a.gltf").read_text()
+    (tmp_path / "a.gltf").write_text(text.replace("0.125", number))
+    with pytest.raises(UserError, match="no finite number|no JSON number"):
+        load_scene(tmp_path / "a.gltf")
+
+
 def test_a_camera_far_from_the_origin_looks_where_it_should(tmp_path: Path) -> None:
     """Its target must be another point than the eye, and in the right direction, in float64."""
     maker = Maker()
