@@ -191,7 +191,10 @@ def _compare(options: argparse.Namespace) -> int:
 def _digests(subject: Subject) -> list[str]:
     """Of the files that a subject is made of: a changed one is another subject."""
     paths = [scene_file(subject.scene), *([Path(subject.camera_file)] if subject.camera_file else [])]
-    return [hashlib.sha256(path.read_bytes()).hexdigest()[:16] for path in paths]
+    try:
+        return [hashlib.sha256(path.read_bytes()).hexdigest()[:16] for path in paths]
+    except OSError as error:
+        raise UserError(f"{subject.name}: {error.filename}: {error.strerror or error}") from None
 
 
 def _program_digest() -> str:

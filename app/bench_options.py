@@ -9,6 +9,7 @@ from typing import Any
 
 from .camera import read_viewpoint
 from .errors import UserError
+from .files import check_folder
 from .measure.bench import VIEWS, Effort, slug, subject_name
 from .scene.gallery import SCENES
 from .scene.load import scene_file
@@ -71,8 +72,7 @@ def subjects_of(given: list[str]) -> list[Subject]:
 
 def folder_of(text: str) -> Path:
     folder = Path(text)
-    if not folder.absolute().parent.is_dir():
-        raise UserError(f"-o {text}: there is no folder {folder.parent}")
+    check_folder(folder, "-o")
     if folder.exists() and not folder.is_dir():
         raise UserError(f"-o {text} is a file; name a folder")
     return folder

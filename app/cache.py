@@ -7,8 +7,10 @@ FAILURES, computes the thing and may say why it took longer; a cache never stops
 from __future__ import annotations
 
 import os
-import tempfile
+import struct
+import time
 import zipfile
+import zlib
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,9 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 from platformdirs import user_cache_dir
 
+from .files import UNFINISHED, replacing
+
 CACHE_VARIABLE = "HYBRID_DOF_CACHE"  # environment: another folder than the user's cache
-# What reading or writing a damaged or forbidden file raises; zipfile checks a checksum of every array.
-FAILURES = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
+ABANDONED_S = 3600.0  # no file takes longer to write
+# What reading or writing a damaged or forbidden file raises: zipfile checks a checksum of every array, but the headers
+# may ask for encryption (RuntimeError), an unknown method (its subclass NotImplementedError) or any shape.
+FAILURES = (
+    OSError, ValueError, KeyError, TypeError, EOFError, RuntimeError, MemoryError, OverflowError, SyntaxError,
+    struct.error, zlib.error, zipfile.BadZipFile,
+)  # fmt: skip
 
 
 def cache_folder(kind: str) -> Path:
@@ -34,25 +43,24 @@ def used(path: Path) -> None:
 
 
 def write_arrays(path: Path, **arrays: NDArray[Any] | float) -> None:
-    """An .npz file, written beside its place and renamed: a reader sees the whole file or none. Raises FAILURES."""
+    """An .npz file: a reader sees the whole of it or none. Raises FAILURES."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, **arrays)  # type: ignore[arg-type]
-        os.replace(temporary, path)
-    except BaseException:
-        with suppress(OSError):
-            os.unlink(temporary)
-        raise
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 def drop_oldest(folder: Path, suffix: str, limit: int) -> None:
-    """Remove the least recently used files of a kind until the rest fits into `limit` bytes."""
+    """Remove the least recently used files of a kind until the rest fits into `limit` bytes, and what was left
+    unfinished by a program that was killed.
+    """
     files = sorted(((f.stat().st_mtime_ns, f.stat().st_size, f) for f in folder.glob("*" + suffix)), reverse=True)
     kept = 0
     for _, size, file in files:
         kept += size
         if kept > limit:
             with suppress(OSError):
+                file.unlink()
+    for file in folder.glob(f".*{UNFINISHED}"):
+        with suppress(OSError):
+            if file.stat().st_mtime < time.time() - ABANDONED_S:
                 file.unlink()

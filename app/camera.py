@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from pyrr import matrix44, vector3
 
 from .errors import UserError
+from .files import write_text
 from .settings import Lens
 
 Array = NDArray[np.float64]
@@ -215,10 +216,7 @@ def camera_values(camera: Camera) -> dict[str, Any]:
 def write_viewpoint(path: str | Path, view: Viewpoint) -> None:
     """Write a camera file that `read_viewpoint` reads back. Raises UserError."""
     values = {**camera_values(view.camera), "focus_distance": view.focus_distance, "aperture": view.aperture}
-    try:
-        Path(path).write_text(json.dumps({k: v for k, v in values.items() if v is not None}, indent=1) + "\n")
-    except OSError as error:
-        raise UserError(f"cannot write the camera file {path}: {error.strerror or error}") from None
+    write_text(path, json.dumps({k: v for k, v in values.items() if v is not None}, indent=1) + "\n")
 
 
 def _vec(array: Array) -> Vec3:

@@ -50,7 +50,7 @@ def optional_settings(options: argparse.Namespace) -> dict[str, Any]:
 
 def view(options: argparse.Namespace) -> int:
     """Open the window."""
-    from .picture import check_folder
+    from .files import check_folder
     from .window import open_window
 
     check_folder(f"{options.screenshots}/picture.png", "--screenshots")
@@ -61,9 +61,10 @@ def view(options: argparse.Namespace) -> int:
 
 def shot(options: argparse.Namespace) -> int:
     """Render one picture."""
+    from .files import check_folder
     from .frame.pipeline import CONVERGING, LENS_RAYS
     from .gpu.context import device_name, headless_context
-    from .picture import check_folder, check_path, write_exr, write_json, write_png
+    from .picture import check_path, write_exr, write_json, write_png
     from .renderer import Renderer
     from .session import load_gpu_scene
 

@@ -7,6 +7,15 @@ BAD_INPUT = 2  # bad arguments, unreadable or invalid scene
 NO_GRAPHICS = 3  # no usable OpenGL 4.3, or no display
 
 
+_LONGEST = 120  # characters of somebody else's text in one of our sentences
+
+
+def quoted(text: object) -> str:
+    """Text from a file as part of a sentence: one line, nothing that a terminal would obey, not too long."""
+    line = " ".join("".join(c if c.isprintable() else " " if c.isspace() else "\ufffd" for c in str(text)).split())
+    return line if len(line) <= _LONGEST else line[: _LONGEST - 1] + "\u2026"
+
+
 class UserError(Exception):
     """One clear sentence for stderr, and the exit code that goes with it."""
 

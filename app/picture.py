@@ -1,13 +1,9 @@
-"""Pictures on disk: tone-mapped PNG with its settings, linear EXR. Written beside their final name and renamed, so that
-none is half there.
-"""
+"""Pictures on disk: tone-mapped PNG with its settings, linear EXR, and reports beside them."""
 
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +11,7 @@ import numpy as np
 from PIL import Image, PngImagePlugin
 
 from .errors import UserError
+from .files import check_folder, is_folder, write_atomically, write_text
 
 SUFFIXES = (".png", ".exr")
 
@@ -25,17 +22,11 @@ def check_path(path: str | Path) -> Path:
     if path.suffix.lower() not in SUFFIXES:
         raise UserError(f"-o {path}: name a file ending in .png or .exr")
     check_folder(path, "-o")
-    if path.is_dir():
+    if is_folder(path):
         raise UserError(f"-o {path} is a folder; name a file")
     if path.suffix.lower() == ".exr":
         _openexr()
     return path
-
-
-def check_folder(path: str | Path, option: str) -> None:
-    """Raise UserError if the folder that `option`'s file would lie in does not exist."""
-    if not Path(path).parent.is_dir():
-        raise UserError(f"{option} {path}: there is no folder {Path(path).parent}")
 
 
 def write_png(path: str | Path, rgb: np.ndarray, metadata: Mapping[str, Any]) -> None:
@@ -54,7 +45,14 @@ def write_exr(path: str | Path, linear: np.ndarray, metadata: Mapping[str, Any])
         "comments": json.dumps(metadata, sort_keys=True),
     }
     channels = {"RGB": np.ascontiguousarray(linear, np.float32)}
-    write_atomically(path, lambda temporary: exr.File(header, channels).write(temporary))
+
+    def write(temporary: str) -> None:
+        try:
+            exr.File(header, channels).write(temporary)
+        except RuntimeError as error:  # what OpenEXR makes of a full disk
+            raise OSError(str(error).replace(f' "{temporary}"', "").removesuffix(".")) from error
+
+    write_atomically(path, write)
 
 
 def read_exr(path: str | Path) -> np.ndarray:
@@ -65,34 +63,7 @@ def read_exr(path: str | Path) -> np.ndarray:
 
 def write_json(path: str | Path, values: Mapping[str, Any]) -> None:
     """Write a report."""
-    text = json.dumps(values, indent=1) + "\n"
-    write_atomically(path, lambda temporary: Path(temporary).write_text(text))
-
-
-def write_atomically(path: str | Path, write: Callable[[str], object]) -> None:
-    """Let `write` fill a temporary file in the same folder, then rename it. Raises UserError naming the file; leaves
-    nothing behind.
-    """
-    path = Path(path)
-    try:
-        handle, temporary = tempfile.mkstemp(suffix=path.suffix, prefix=f".{path.stem}-", dir=path.parent or Path())
-        os.close(handle)
-    except OSError as error:
-        raise UserError(f"cannot write {path}: {error.strerror or error}") from None
-    try:
-        write(temporary)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except OSError as error:
-        raise UserError(f"cannot write {path}: {error.strerror or error}") from None
-    finally:
-        Path(temporary).unlink(missing_ok=True)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    write_text(path, json.dumps(values, indent=1) + "\n")
 
 
 def _openexr() -> Any:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import UserError
+from .files import user_path
 from .frame.pipeline import VIEWS
 from .frame.targets import TARGETS
 from .settings import Settings, from_dict, plain, put, walk
@@ -56,7 +57,7 @@ def write_preset(path: str | Path, preset: Preset, about: Mapping[str, Any] | No
 
 def read_preset(path: str | Path) -> Preset:
     """What a preset file says. Raises UserError naming the file, and the setting that is wrong."""
-    path = Path(path).expanduser()
+    path = user_path(path)
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

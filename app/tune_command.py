@@ -190,14 +190,14 @@ def _metric(options: argparse.Namespace) -> str:
 
 def _checked(text: str) -> Path:
     """The path if a preset can be written there. Raises UserError before any time is spent."""
-    from .picture import check_folder
+    from .files import check_folder, is_folder, user_path
     from .presets import SUFFIX
 
-    path = Path(text).expanduser()
+    path = user_path(text)
     if path.suffix.lower() != SUFFIX:
         raise UserError(f"-o {path}: name a file ending in {SUFFIX}")
     check_folder(path, "-o")
-    if path.is_dir():
+    if is_folder(path):
         raise UserError(f"-o {path} is a folder; name a file")
     return path
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..cache import CACHE_VARIABLE, FAILURES, cache_folder, drop_oldest, used, write_arrays
 from . import build
 from .build import Bvh, BvhStats, Progress, build_bvh
-from .pack import BVH_NODE, is_leaf, leaf_range, tree_depth
+from .pack import BVH_NODE, is_inner, is_leaf, leaf_range, tree_depth
 from .split import F32
 
 __all__ = ["CACHE_VARIABLE", "cache_dir", "cached_tree", "content_key", "load_or_build"]
@@ -74,10 +74,26 @@ def _read(path: Path, triangles: int) -> Bvh:
         stats = BvhStats(int(data["inner_nodes"]), int(data["leaves"]), float(data["sah_cost"]), float(data["seconds"]))
     if order.shape != (triangles,) or order.dtype != np.uint32 or len(nodes) != stats.inner_nodes:
         raise ValueError("the arrays do not fit the scene")
-    first, count = leaf_range(nodes["child"][is_leaf(nodes["child"])])
-    if (first + count > triangles).any() or (order >= triangles).any() or tree_depth(nodes) != depth:
-        raise ValueError("its nodes are no tree of the scene")  # rays would walk out of it, or for ever
+    if not _whole(nodes, order, depth):
+        raise ValueError("the tree refers to what is not there")
     return Bvh(nodes, order, depth, stats)
+
+
+def _whole(nodes: NDArray[np.void], order: NDArray[np.uint32], depth: int) -> bool:
+    """Whether rays can follow the tree blindly: every node but the root has one parent, before itself, every triangle
+    is in one leaf, and no path is longer than said.
+    """
+    child = nodes["child"]
+    inner, leaf = is_inner(child), is_leaf(child)
+    if not np.array_equal(child[inner], np.arange(1, len(nodes))):  # as `widened` counts them, level after level
+        return False
+    first, count = leaf_range(child[leaf])
+    by_place = np.argsort(first)
+    ends = np.cumsum(count[by_place])
+    in_leaves = np.array_equal(first[by_place], ends - count[by_place]) and count.sum() == len(order)
+    each_once = order.max(initial=0) < max(len(order), 1) and (np.bincount(order, minlength=len(order)) == 1).all()
+    finite = all(np.isfinite(nodes[name]).all() for name in ("origin", "step_x", "step_y", "step_z"))
+    return bool(in_leaves and each_once and finite and tree_depth(nodes) == depth)
 
 
 def _write(path: Path, bvh: Bvh) -> None:

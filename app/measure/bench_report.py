@@ -9,7 +9,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..picture import write_atomically, write_json
+from ..files import write_text
+from ..picture import write_json
 from ..settings import Settings
 from .bench import ALL_REGIONS, METRICS, error, last_frames, metric_of, post_of
 from .candidates import front
@@ -28,7 +29,7 @@ def write_report(results: Values, folder: Path) -> list[Path]:
     files = [folder / f"bench.{kind}" for kind in ("json", "csv", "md")]
     write_json(files[0], results)
     for path, text in ((files[1], csv_text(results)), (files[2], markdown(results))):
-        _write(path, text)
+        write_text(path, text)
     return files
 
 
@@ -221,7 +222,3 @@ def _ratio(value: float, base: float) -> str:
 
 def _number(value: float | None) -> float:
     return math.nan if value is None else value
-
-
-def _write(path: Path, text: str) -> None:
-    write_atomically(path, lambda temporary: Path(temporary).write_text(text, encoding="utf-8", newline=""))

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import UserError
+from ..files import make_folder
 from ..picture import write_json
 
 FORMAT = "hybrid-dof bench 1"  # of bench.json; its number changes with the meaning of what it holds
@@ -41,10 +42,7 @@ class Store:
                 f"-o {self._folder} holds a benchmark with another {', '.join(differing)}: "
                 "name another folder, or start over there with --fresh"
             )
-        try:
-            runs.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise UserError(f"-o {self._folder}: {error.strerror or error}") from None
+        make_folder(runs)
         if kept is None:
             write_json(runs / CONFIGURATION, wanted)
 
@@ -55,7 +53,7 @@ class Store:
     def put(self, scene: str, label: str, values: Mapping[str, Any]) -> None:
         """Keep values: the file is there whole or not at all."""
         path = self._path(scene, label)
-        path.parent.mkdir(exist_ok=True)
+        make_folder(path.parent)
         write_json(path, values)
 
     def _path(self, scene: str, label: str) -> Path:
@@ -65,7 +63,10 @@ class Store:
         """Remove what a benchmark wrote, and nothing else."""
         runs = self._folder / RUNS
         for path in (*runs.glob("*/*.json"), runs / CONFIGURATION, *(self._folder / name for name in OURS)):
-            path.unlink(missing_ok=True)
+            try:
+                path.unlink(missing_ok=True)
+            except OSError as error:
+                raise UserError(f"cannot remove {path}: {error.strerror or error}") from None
 
     @staticmethod
     def _read(path: Path) -> Any:

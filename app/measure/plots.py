@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import UserError
-from ..picture import write_atomically
+from ..files import write_atomically
 from .bench import checkpoints, error, metric_of, slug
 from .bench_report import NAMES, NEAR, median_ms, number
 from .candidates import front

@@ -9,6 +9,7 @@ from imgui_bundle import imgui
 
 from ..camera import Viewpoint, read_viewpoint
 from ..errors import UserError
+from ..files import is_file
 from ..scene import gallery
 from ..scene.validate import count
 from . import style
@@ -22,7 +23,7 @@ def camera_files(scene_path: str | Path) -> tuple[Viewpoint, ...]:
     A file named after the scene comes first, then others that start with the scene's name, then the rest.
     """
     path = Path(scene_path)
-    if not path.is_file():
+    if not is_file(path):
         return ()
     found = []
     for file in sorted(

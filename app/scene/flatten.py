@@ -102,12 +102,18 @@ def _positions(mesh: Mesh, instance: Instance, origin: F64) -> F64:
 def _place(mesh: Mesh, instance: Instance, index: int, origin: F64) -> Triangles:
     """One mesh about the scene's origin. Normals go by the cofactors: the inverse transpose, up to scale."""
     linear = instance.transform[:3, :3]
-    flip = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
-    cofactor = flip * _cofactor(linear)  # the sign turns the cofactor of a mirror back into its inverse transpose
-    normals = geometry.unit(mesh.normals @ cofactor.T)
+    with np.errstate(over="ignore", invalid="ignore"):  # a scale of 1e300 along an axis in which the mesh is flat
+        cofactor = _cofactor(linear)
+        flip = -1.0 if cofactor[0] @ linear[0] < 0.0 else 1.0  # the determinant
+        # The sign turns the cofactor of a mirror back into its inverse transpose.
+        normals = geometry.unit(mesh.normals @ (flip * cofactor).T)
+    positions = _positions(mesh, instance, origin).astype(np.float32)
+    lost = ~normals.any(axis=1)
+    if lost.any():  # a mesh pressed flat: at its rim, normals lie in its plane
+        normals[lost] = geometry.area_weighted_normals(positions, mesh.triangles)[lost]
     tangents = np.hstack([geometry.unit(mesh.tangents[:, :3] @ linear.T), flip * mesh.tangents[:, 3:]])
     return Triangles(
-        _positions(mesh, instance, origin).astype(np.float32),
+        positions,
         normals.astype(np.float32),
         mesh.uvs,
         tangents.astype(np.float32),
@@ -118,7 +124,7 @@ def _place(mesh: Mesh, instance: Instance, index: int, origin: F64) -> Triangles
 
 
 def _cofactor(m: F64) -> F64:
-    return np.stack([np.cross(m[1], m[2]), np.cross(m[2], m[0]), np.cross(m[0], m[1])])
+    return geometry.cross(m[[1, 2, 0]], m[[2, 0, 1]])
 
 
 _EMPTY = Triangles(

@@ -26,11 +26,19 @@ def local_origin(low: F64, high: F64) -> F64:
     return origin
 
 
+def cross(a: F64, b: F64) -> F64:
+    """(n, 3) cross products of rows: `np.cross` without its 50 us of preparation, which 100 000 small meshes feel."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    out = np.empty((len(a), 3))
+    out[:, 0], out[:, 1], out[:, 2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return out
+
+
 def face_cross(positions: F32, triangles: U32) -> F64:
     """(m, 3) cross product of two edges per triangle, in float64: twice the area times the normal."""
     p = positions.astype(np.float64)
     corner = p[triangles[:, 0]]
-    return np.cross(p[triangles[:, 1]] - corner, p[triangles[:, 2]] - corner)
+    return cross(p[triangles[:, 1]] - corner, p[triangles[:, 2]] - corner)
 
 
 def degenerate(positions: F32, triangles: U32) -> NDArray[np.bool_]:
@@ -106,7 +114,7 @@ def tangents(positions: F32, normals: F32, uvs: F32, triangles: U32) -> F32:
     mirrored = np.where(uv_determinant(uvs, triangles) < 0.0, -1.0, 1.0)[:, None]
     along_u = unit((e1 * d2[:, 1:] - e2 * d1[:, 1:]) * mirrored)
     along_v = unit((e2 * d1[:, :1] - e1 * d2[:, :1]) * mirrored)
-    area = np.linalg.norm(np.cross(e1, e2), axis=1)[:, None]
+    area = np.linalg.norm(cross(e1, e2), axis=1)[:, None]
     sums = _sum_at_vertices(np.hstack([along_u * area, along_v * area]), triangles, len(p))
 
     n = normals.astype(np.float64)
@@ -114,7 +122,7 @@ def tangents(positions: F32, normals: F32, uvs: F32, triangles: U32) -> F32:
     lost = ~t.any(axis=1)
     t[lost] = perpendicular(n[lost])
     upwards = -sums[:, 3:]
-    w = np.where(np.einsum("ij,ij->i", np.cross(n, t), upwards) < 0.0, -1.0, 1.0)
+    w = np.where(np.einsum("ij,ij->i", cross(n, t), upwards) < 0.0, -1.0, 1.0)
     return np.hstack([t, w[:, None]]).astype(np.float32)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import UserError
+from ..errors import UserError, quoted
 from . import gltf_accessors as accessors
 from .decoded import Decoded
 from .gltf_animation import read_animation
@@ -22,7 +22,7 @@ from .gltf_file import GltfFile, Json
 from .gltf_materials import MaterialReader, ReadMaterial
 from .gltf_nodes import Node, read_camera, read_light, walk
 from .model import Environment, Instance, Light, Material, SceneCamera
-from .validate import RawMesh
+from .validate import RawMesh, check_counts
 
 _LINES_AND_POINTS = {0, 1, 2, 3}
 _UNDERSTOOD = {
@@ -42,7 +42,7 @@ def read_gltf(path: Path, progress: Callable[[str, float], None]) -> Decoded:
         return _Reader(GltfFile(path), progress).read()
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, struct.error) as error:
         # The JSON is typed by nobody: a value of the wrong kind shows up as one of these, wherever it is first used.
-        reason = f"{type(error).__name__}: {' '.join(str(error).split()):.120}"
+        reason = f"{type(error).__name__}: {quoted(error)}"
         raise UserError(f"{path} does not follow the glTF 2.0 format ({reason}): re-export the file.") from error
     except MemoryError as error:
         raise UserError(f"{path} does not fit into memory: simplify it.") from error
@@ -59,6 +59,7 @@ class _Reader:
         self.material_index: dict[int | None, int] = {}
         self.meshes: list[RawMesh] = []
         self.mesh_indices: dict[int, list[int]] = {}
+        self.counts = 0, 0  # vertices and triangles of all meshes
 
     def read(self) -> Decoded:
         self._refuse_unknown_requirements()
@@ -88,14 +89,14 @@ class _Reader:
             return []
         if "EXT_mesh_gpu_instancing" in node.json.get("extensions", {}):
             self.notes.append("Meshes instanced by EXT_mesh_gpu_instancing are drawn once.")
-        name = str(node.json.get("name", ""))
+        name = quoted(node.json.get("name", ""))
         return [Instance(mesh, node.world, name, node.motion) for mesh in self._mesh(node.json["mesh"])]
 
     def _mesh(self, index: int) -> list[int]:
         """Indices of the RawMeshes, one for each primitive that holds triangles."""
         if index not in self.mesh_indices:
             mesh = self.file.item("meshes", index)
-            name = str(mesh.get("name") or f"mesh {index}")
+            name = quoted(mesh.get("name") or f"mesh {index}")
             read = [self._primitive(primitive, name) for primitive in mesh["primitives"]]
             found = [raw for raw in read if raw is not None]
             start = len(self.meshes)
@@ -118,10 +119,14 @@ class _Reader:
             corners = accessors.read_integers(self.file, primitive["indices"])
         else:
             corners = np.arange(len(positions), dtype=np.uint32)
+        triangles = _triangles(corners, mode)
+        # Counted as they are read: many primitives may share the bytes of one.
+        self.counts = self.counts[0] + len(positions), self.counts[1] + len(triangles)
+        check_counts(*self.counts, str(self.file.path))
         material = self._material(primitive.get("material"))
         return RawMesh(
             positions,
-            _triangles(corners, mode),
+            triangles,
             material,
             self._attribute(attributes, "NORMAL", (3,)),
             self._attribute(attributes, f"TEXCOORD_{self.materials[material].tex_coord}", (2,)),
@@ -151,7 +156,7 @@ class _Reader:
         unknown = sorted(set(self.file.json.get("extensionsRequired", [])) - _UNDERSTOOD)
         if unknown:
             raise UserError(
-                f"{self.file.path} requires {', '.join(unknown)}, which is not supported: export without it."
+                f"{self.file.path} requires {quoted(', '.join(unknown))}, which is not supported: export without it."
             )
 
     def _note_features(self) -> None:

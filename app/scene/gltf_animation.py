@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..errors import quoted
 from . import gltf_accessors as accessors
 from .gltf_file import GltfFile, Json
 from .model import F64
@@ -49,7 +50,7 @@ def read_animation(file: GltfFile, notes: list[str]) -> Animation:
             found.period = max(found.period, float(track.times[-1]))
     if left_out:
         kinds = ", ".join(sorted(left_out))
-        notes.append(f"Only translations and rotations of nodes are animated; left out: {kinds:.80}.")
+        notes.append(f"Only translations and rotations of nodes are animated; left out: {quoted(kinds)}.")
     if splines:
         notes.append("Cubic-spline animations move in straight lines and arcs between their keys.")
     return found if found.period > 0.0 else _held(found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import json
+import math
 import posixpath
 import struct
 import urllib.parse
@@ -12,7 +13,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ..errors import UserError
+from ..errors import UserError, quoted
+from ..files import is_file
 
 Json = dict[str, Any]
 
@@ -30,14 +32,14 @@ class GltfFile:
         self.json = _parse(text, path)
         version = str(self.json.get("asset", {}).get("version", "?"))
         if not version.startswith("2."):
-            raise UserError(f"{path} is glTF version {version}: convert it to glTF 2.0.")
+            raise UserError(f"{path} is glTF version {quoted(version)}: convert it to glTF 2.0.")
         self.buffer = lru_cache(maxsize=None)(self._buffer)
 
     def item(self, kind: str, index: object) -> Json:
         """Entry `index` of the top-level array `kind`; UserError when the reference leads nowhere."""
         items = self.json.get(kind, [])
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(items):
-            raise self.broken(f"refers to {kind}[{index}], which does not exist")
+            raise self.broken(f"refers to {kind}[{quoted(index)}], which does not exist")
         entry: Json = items[index]
         return entry
 
@@ -65,7 +67,7 @@ class GltfFile:
         else:
             raise self.broken(f"has no data for buffers[{index}]")
         if len(data) < int(buffer["byteLength"]):
-            raise self.broken(f"has only {len(data)} of the {buffer['byteLength']} bytes of buffers[{index}]")
+            raise self.broken(f"has only {len(data)} of the {quoted(buffer['byteLength'])} bytes of buffers[{index}]")
         return memoryview(data)
 
     def resource(self, uri: str) -> bytes:
@@ -76,10 +78,12 @@ class GltfFile:
         names = (urllib.parse.unquote(uri), uri)
         for name in names:
             if _escapes(name):
-                raise UserError(f"{self.path} refers to {name!r}, outside its own folder: put the file beside it.")
-        found = [self.path.parent / name for name in names if (self.path.parent / name).is_file()]
+                raise UserError(
+                    f"{self.path} refers to '{quoted(name)}', outside its own folder: put the file beside it."
+                )
+        found = [self.path.parent / name for name in names if is_file(self.path.parent / name)]
         if not found:
-            raise UserError(f"{self.path} refers to {names[0]!r}, which is missing: put the file beside it.")
+            raise UserError(f"{self.path} refers to '{quoted(names[0])}', which is missing: put the file beside it.")
         return _read(found[0])
 
     def _data_uri(self, uri: str) -> bytes:
@@ -129,16 +133,25 @@ def _split_glb(data: bytes, path: Path) -> tuple[bytes, bytes | None]:
 
 
 def _parse(text: bytes, path: Path) -> Json:
-    def refuse(constant: str) -> None:
-        raise ValueError(f"{constant} is no JSON number")
-
     try:
-        document = json.loads(text.decode("utf-8-sig"), parse_constant=refuse)
+        document = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse, parse_float=_finite)
     except (ValueError, RecursionError) as error:
         if not text.strip():
             raise UserError(f"{path} is empty: copy or download it again.") from error
         what = "neither GLB nor glTF JSON" if path.suffix.lower() == ".glb" else "not valid glTF JSON"
-        raise UserError(f"{path} is {what} ({error}): re-export the file.") from error
+        raise UserError(f"{path} is {what} ({quoted(error)}): re-export the file.") from error
     if not isinstance(document, dict):
         raise UserError(f"{path} is not valid glTF JSON (no object at the top): re-export the file.")
     return document
+
+
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is no JSON number")
+
+
+def _finite(text: str) -> float:
+    """The number, which JSON may write larger than any float: an infinite one never enters."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text:.20} is no finite number")
+    return value

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from ..errors import quoted
 from .gltf_file import GltfFile, Json
 from .images import decode_all
 from .model import Image, Material, TextureSlot, Wrap
@@ -34,7 +35,7 @@ class MaterialReader:
     def read(self, index: int) -> ReadMaterial:
         """Material `index` of the file. Raises UserError on a broken reference."""
         source = self.file.item("materials", index)
-        name = str(source.get("name") or f"material {index}")
+        name = quoted(source.get("name") or f"material {index}")
         extensions = source.get("extensions", {})
         self._note_extensions(name, source, extensions)
         pbr, metallic, roughness = self._surface(source, extensions, name)
@@ -125,7 +126,7 @@ class MaterialReader:
         if "KHR_materials_unlit" in extensions:
             self.notes.append(f"Material {name!r} is marked unlit but is lit like the others (use shading.mode unlit).")
         for extension in sorted(set(extensions) - _HONOURED):
-            self.notes.append(f"{extension} is not supported and was left out.")
+            self.notes.append(f"{quoted(extension)} is not supported and was left out.")
         if "occlusionTexture" in source:
             self.notes.append("Baked ambient occlusion textures are not used.")
 
@@ -136,7 +137,7 @@ class MaterialReader:
     def _image_name(self, index: int) -> str:
         image = self.file.item("images", index)
         uri = str(image.get("uri", ""))
-        return str(image.get("name") or (uri if uri and not uri.startswith("data:") else f"image {index}"))
+        return quoted(image.get("name") or (uri if uri and not uri.startswith("data:") else f"image {index}"))
 
 
 def _uv_transform(extension: Json) -> tuple[tuple[float, float, float], tuple[float, float, float]]:

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..camera import look_at, target_of, unit
-from ..errors import UserError
+from ..camera import target_of, unit
+from ..errors import quoted
 from .gltf_animation import Animation
 from .gltf_file import GltfFile, Json
 from .model import F64, Light, SceneCamera
@@ -18,6 +18,7 @@ from .motion import Joint, Motion, Track, rotation_matrices, still, unit_quatern
 _KINDS = {"directional": "sun", "point": "point", "spot": "spot"}
 # Ratio of the scales along two axes beyond which the way back into a moving space is lost to float32.
 WORST_CONDITION = 1e5
+_NO_ROTATION = np.eye(3)
 MAX_JOINTS = 64  # animated nodes above one another: twice what an animal's skeleton has
 
 
@@ -40,6 +41,7 @@ class _Place(NamedTuple):
 def walk(file: GltfFile, animation: Animation, notes: list[str]) -> Iterator[Node]:
     """All nodes of the default scene, parents first; UserError on a cycle or a node with two parents."""
     seen: set[int] = set()
+    rotations = _rotations(file.json.get("nodes", []))
     pending = [(root, _Place(np.eye(4), np.eye(4), None)) for root in reversed(_roots(file))]
     while pending:
         index, parent = pending.pop()
@@ -48,7 +50,7 @@ def walk(file: GltfFile, animation: Animation, notes: list[str]) -> Iterator[Nod
             raise file.broken(f"reaches nodes[{index}] twice, so its node graph is no tree")
         seen.add(index)
         with np.errstate(over="ignore", invalid="ignore"):  # an infinite place is refused later, by validate
-            local = _local(file, node)
+            local = _local(file, node, rotations.get(index, _NO_ROTATION))
             place = _Place(parent.world @ local, parent.rest @ local, parent.motion)
             if tracks := animation.tracks.get(index):
                 place = _moving(node, tracks, animation.period, parent, notes)
@@ -69,7 +71,7 @@ def _moving(node: Json, tracks: dict[str, Track], period: float, parent: _Place,
     world = parent.world @ pose
     followed = np.isfinite(world).all() and np.linalg.cond(world[:3, :3]) <= WORST_CONDITION
     if followed and len(above) < MAX_JOINTS:
-        return _Place(world, np.eye(4), Motion((*above, joint), period, str(node.get("name", ""))))
+        return _Place(world, np.eye(4), Motion((*above, joint), period, quoted(node.get("name", ""))))
     notes.append(f"Animated nodes that are scaled flat, far off or below {MAX_JOINTS} others do not move themselves.")
     return _Place(world, parent.rest @ pose, parent.motion)
 
@@ -85,15 +87,23 @@ def _roots(file: GltfFile) -> list[int]:
     return roots
 
 
-def _local(file: GltfFile, node: Json) -> F64:
+def _rotations(nodes: list[Json]) -> dict[int, F64]:
+    """(3, 3) rotations of the nodes that have one, by index: all at once, since there may be 100 000."""
+    given = {index: _vector(node["rotation"], 4) for index, node in enumerate(nodes) if "rotation" in node}
+    if not given:
+        return {}
+    quaternions = unit_quaternions(np.stack([*given.values()]))  # exporters round
+    return dict(zip(given, rotation_matrices(quaternions)))
+
+
+def _local(file: GltfFile, node: Json, rotation: F64) -> F64:
     if "matrix" in node:
         local = _vector(node["matrix"], 16).reshape(4, 4).T  # stored column by column
         if not np.array_equal(local[3], (0.0, 0.0, 0.0, 1.0)):
             raise file.broken("has a node matrix that is not affine")
     else:
         local = np.eye(4)
-        quaternion = unit_quaternions([_vector(node.get("rotation", (0, 0, 0, 1)), 4)])  # exporters round
-        local[:3, :3] = rotation_matrices(quaternion)[0] * _vector(node.get("scale", (1, 1, 1)), 3)
+        local[:3, :3] = rotation * _vector(node.get("scale", (1, 1, 1)), 3)
         local[:3, 3] = _vector(node.get("translation", (0, 0, 0)), 3)
     if not np.isfinite(local).all():
         raise file.broken("has a node transform that is not finite")
@@ -102,21 +112,22 @@ def _local(file: GltfFile, node: Json) -> F64:
 
 def _vector(values: Any, length: int) -> F64:
     vector = np.asarray(values, np.float64)
-    if vector.shape != (length,):
+    if vector.shape != (length,) or not np.isfinite(vector).all():  # null becomes NaN
         raise ValueError(f"{length} numbers expected, got {values!r:.60}")
     return vector
 
 
 def _direction(world: F64, local: tuple[float, float, float]) -> F64:
     """World direction of a node's local axis, unit; scale means nothing to cameras and lights (spec, 3.10)."""
-    vector = world[:3, :3] @ np.asarray(local)
-    return unit(vector) if vector.any() else np.asarray(local)
+    with np.errstate(over="ignore", invalid="ignore"):  # a place that is not finite is left out later, by bounded
+        vector = unit(world[:3, :3] @ np.asarray(local))
+    return vector if vector.any() else np.asarray(local)
 
 
 def read_camera(file: GltfFile, node: Node, notes: list[str]) -> SceneCamera | None:
     """The perspective camera on a node; focus and aperture come from the camera's `extras` if given there in metres."""
     camera = file.item("cameras", node.json["camera"])
-    name = str(camera.get("name") or node.json.get("name", ""))
+    name = quoted(camera.get("name") or node.json.get("name", ""))
     if camera.get("type") != "perspective":
         notes.append(f"Camera {name!r} is not perspective and was dropped.")
         return None
@@ -127,13 +138,8 @@ def read_camera(file: GltfFile, node: Node, notes: list[str]) -> SceneCamera | N
     extras = extras if isinstance(extras, dict) else {}
     focus, aperture = _positive(extras.get("focus_distance")), _positive(extras.get("aperture"), zero=True)
     eye, forward = _triple(node.world[:3, 3]), _triple(_direction(node.world, (0.0, 0.0, -1.0)))
-    target, up = target_of(eye, forward), _triple(_direction(node.world, (0.0, 1.0, 0.0)))
-    try:
-        look_at(eye, target, up, math.degrees(fov))
-    except UserError as error:
-        notes.append(f"Camera {name!r} was dropped: {error}.")
-        return None
-    return SceneCamera(eye, target, up, math.degrees(fov), focus, aperture, name)
+    up = _triple(_direction(node.world, (0.0, 1.0, 0.0)))
+    return SceneCamera(eye, target_of(eye, forward), up, math.degrees(fov), focus, aperture, name)
 
 
 def _positive(value: object, zero: bool = False) -> float | None:
@@ -153,9 +159,9 @@ def read_light(file: GltfFile, node: Node) -> Light | None:
         raise file.broken(f"refers to light {index}, which does not exist")
     light, spot = lights[index], lights[index].get("spot", {})
     color, intensity = _vector(light.get("color", (1, 1, 1)), 3), float(light.get("intensity", 1.0))
-    if not (np.isfinite(color).all() and math.isfinite(intensity)) or color.min() < 0.0 or intensity < 0.0:
+    if not math.isfinite(intensity) or color.min() < 0.0 or intensity < 0.0:
         raise file.broken(f"has light {index} with a negative or infinite strength")
-    if intensity * color.max() == 0.0:
+    if not (intensity and color.any()):
         return None
     return Light(
         _KINDS[light["type"]],  # type: ignore[arg-type]

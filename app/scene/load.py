@@ -10,14 +10,26 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import UserError
+from ..files import is_file, user_path
 from . import gallery
+from .bounded import bound
 from .decoded import Decoded
 from .flatten import rest_box
 from .geometry import local_origin
 from .gltf import read_gltf
 from .model import F64, LARGEST_IMAGE_PX, Image, Instance, LoadReport, Mesh, Scene
 from .motion import Motion
-from .validate import FINE_STEP, MAX_MOVING, MAX_TRIANGLES, Repairs, check_moving, check_placed, clean, length
+from .validate import (
+    FINE_STEP,
+    MAX_MOVING,
+    MAX_TRIANGLES,
+    MAX_VERTICES,
+    Repairs,
+    check_moving,
+    check_placed,
+    clean,
+    length,
+)
 from .vertex_colors import colors_to_materials
 
 Progress = Callable[[str, float], None]
@@ -35,6 +47,7 @@ def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Sc
     report = progress or (lambda stage, fraction: None)
     path = scene_file(path_or_name)
     decoded = _decode(path, report)
+    bound(decoded)
     colors_to_materials(decoded, str(path))
     repairs = Repairs()
     meshes = []
@@ -50,12 +63,12 @@ def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Sc
 def scene_file(path_or_name: str | Path) -> Path:
     """Where a built-in scene or a file lies. Raises UserError for what cannot be a scene."""
     built_in = gallery.find(str(path_or_name))
-    path = built_in.path if built_in else Path(path_or_name).expanduser()
+    path = built_in.path if built_in else user_path(path_or_name)
     if path.suffix.lower() not in GLTF + OTHERS:
         known = ", ".join(entry.name for entry in gallery.SCENES)
         kinds = " ".join(GLTF + OTHERS)
         raise UserError(f"{path} is neither a built-in scene ({known}) nor a file of a known kind ({kinds}).")
-    if not path.is_file():
+    if not is_file(path):
         raise UserError(f"{path} does not exist or is no file: check the path.")
     return path
 
@@ -79,10 +92,13 @@ def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, 
         raise UserError(f"{source} holds no triangles that could be drawn: choose another file.")
     if triangles > MAX_TRIANGLES:
         raise UserError(f"{source} places {triangles} triangles, over the limit of {MAX_TRIANGLES}: simplify it.")
+    vertices = sum(len(meshes[i.mesh].positions) for i in instances)
+    if vertices > MAX_VERTICES:
+        raise UserError(f"{source} places {vertices} vertices, over the limit of {MAX_VERTICES}: simplify it.")
     summary = LoadReport(
         source=source,
         triangles=triangles,
-        vertices=sum(len(meshes[i.mesh].positions) for i in instances),
+        vertices=vertices,
         degenerate=triangles - kept,
         notes=(*dict.fromkeys(decoded.notes), *repairs.notes(), *_wide(meshes, instances), *_reduced(decoded.images)),
         seconds=time.perf_counter() - started,
@@ -102,8 +118,11 @@ def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, 
 def _check_places(meshes: list[Mesh], instances: list[Instance], source: str) -> None:
     """Raise UserError unless everything stays near enough to the origin, at all times."""
     moving: dict[Motion, F64] = {}
+    extents: dict[int, F64] = {}  # many instances may share a mesh
     for instance in instances:
-        reach = check_placed(meshes[instance.mesh], instance, f"{source}: {instance.name or 'a mesh'}")
+        if instance.mesh not in extents:
+            extents[instance.mesh] = np.abs(meshes[instance.mesh].positions).max(axis=0, initial=0.0)
+        reach = check_placed(extents[instance.mesh], instance, f"{source}: {instance.name or 'a mesh'}")
         if instance.motion:
             moving[instance.motion] = np.maximum(reach, moving.get(instance.motion, reach))
     for motion, reach in moving.items():

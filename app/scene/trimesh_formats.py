@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import logging
 import math
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,12 @@ import numpy as np
 import trimesh
 from trimesh.resolvers import FilePathResolver
 
-from ..errors import UserError
+from ..errors import UserError, quoted
+from ..files import is_file
 from ..tone import srgb_decode
 from .decoded import Decoded
 from .geometry import local_origin
-from .images import MAX_SIDE, pixels
+from .images import FORMATS, check_size, check_total, inflated, readable
 from .model import F32, F64, Image, Instance, Material, TextureSlot
 from .validate import RawMesh
 
@@ -35,14 +37,16 @@ def read_with_trimesh(path: Path, progress: Callable[[str, float], None]) -> Dec
     kind = path.suffix[1:].upper()
     try:
         # process=False: merging and reordering are not a decoder's business, and would weld sharp edges.
-        scene = trimesh.load_scene(
-            _stream(path), path.suffix[1:].lower(), resolver=FilePathResolver(str(path)), process=False
-        )
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")  # what is wrong with the numbers is told later, in our words
+            scene = trimesh.load_scene(
+                _stream(path), path.suffix[1:].lower(), resolver=FilePathResolver(str(path)), process=False
+            )
     except OSError as error:
         raise UserError(f"{path} cannot be read ({error.strerror or error}): check the path.") from error
     except Exception as error:  # a third-party parser on arbitrary bytes may raise anything
         known = str(error) and not isinstance(error, ImportError)  # it imports a guesser of encodings for damaged text
-        reason = str(error).splitlines()[0][:120] if known else "damaged or in an unknown encoding"
+        reason = quoted(error) if known else "damaged or in an unknown encoding"
         raise UserError(f"{path} cannot be read as {kind} ({reason}): export it again.") from error
     decoded = Decoded([], [], [])
     if kind == "OBJ":
@@ -58,10 +62,11 @@ def read_with_trimesh(path: Path, progress: Callable[[str, float], None]) -> Dec
         if name not in index_of:
             index_of[name] = len(decoded.meshes)
             origins[name] = _origin(geometry)
-            decoded.meshes.append(_mesh(geometry, origins[name], name, decoded, str(path)))
+            with np.errstate(over="ignore", invalid="ignore"):  # float64 beyond float32, refused later by validate
+                decoded.meshes.append(_mesh(geometry, origins[name], quoted(name), decoded, str(path)))
         placed = np.array(transform, np.float64)
         placed[:3, 3] += placed[:3, :3] @ origins[name]
-        decoded.instances.append(Instance(index_of[name], placed, str(node)))
+        decoded.instances.append(Instance(index_of[name], placed, quoted(node)))
     return decoded
 
 
@@ -109,7 +114,7 @@ def _given_normals(mesh: trimesh.Trimesh) -> F32 | None:
 
 def _uvs(mesh: trimesh.Trimesh, count: int) -> F32 | None:
     uv = mesh.visual.uv
-    if uv is None or len(uv) != count:
+    if uv is None or len(uv) != count or np.ndim(uv) != 2 or np.shape(uv)[1] < 2:
         return None
     return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)  # trimesh counts v upwards
 
@@ -123,7 +128,7 @@ def _linear(colors: Any) -> F32:
 def _material(found: Any, decoded: Decoded, source: str) -> Material:
     """MTL as metallic-roughness: diffuse colour and map, emission, shininess, dissolve."""
     raw: dict[str, Any] = getattr(found, "kwargs", None) or {}
-    name = str(getattr(found, "name", None) or "plain")
+    name = quoted(getattr(found, "name", None) or "plain")
     picture = getattr(found, "image", None)
     color = _floats(raw.get("kd"), 3) or ((1.0, 1.0, 1.0) if picture is not None else _PLAIN.base_color[:3])
     alpha = (_floats(raw.get("d"), 1) or (1.0,))[0]
@@ -132,7 +137,7 @@ def _material(found: Any, decoded: Decoded, source: str) -> Material:
         decoded.notes.append(f"Material {name!r}: transparency is drawn as a mask at {_MASK_AT}.")
     unused = sorted(set(raw) - _MTL_READ)
     if unused:
-        decoded.notes.append(f"Material {name!r}: {', '.join(unused)} is not used.")
+        decoded.notes.append(f"Material {name!r}: {quoted(', '.join(unused))} is not used.")
     return Material(
         base_color=(*color, alpha),  # type: ignore[arg-type]
         roughness=_roughness(raw.get("ns")),
@@ -147,12 +152,12 @@ def _texture(picture: Any, name: str, decoded: Decoded, source: str) -> tuple[Te
     """(slot, whether the image has holes) of a Pillow image that trimesh opened."""
     if picture is None:
         return None, False
-    if max(picture.size) > MAX_SIDE:
-        raise UserError(f"{source}: the texture of {name!r} is larger than {MAX_SIDE} pixels: scale it down.")
-    try:
-        rgba = pixels(picture)
-    except (OSError, ValueError, SyntaxError) as error:
-        raise UserError(f"{source}: the texture of {name!r} cannot be decoded: save it again as PNG.") from error
+    if picture.format not in FORMATS:
+        decoded.notes.append(f"Material {name!r}: pictures of the kind {quoted(picture.format)} are not read.")
+        return None, False
+    check_size(picture, name, source)
+    check_total([*(i.pixels.size // 4 for i in decoded.images), picture.width * picture.height], source)
+    rgba = inflated(picture, name, source)
     decoded.images.append(Image(rgba, True, name))
     return TextureSlot(len(decoded.images) - 1), bool((rgba[..., 3] < 255 * _MASK_AT).any())
 
@@ -176,18 +181,25 @@ def _missing_assets(path: Path) -> list[str]:
     """A note for each material library or diffuse map that the OBJ names and trimesh silently does without."""
     notes = []
     for library in _lines(path, "mtllib"):
-        if not _beside(path, library):
-            notes.append(f"Material library {library!r} is missing or outside the folder; plain materials are used.")
+        found = _beside(path, library)
+        if found is None:
+            lost = f"Material library '{quoted(library)}' is missing or outside the folder"
+            notes.append(f"{lost}; plain materials are used.")
             continue
-        for texture in _lines(path.parent / library, "map_kd"):
-            if not _beside(path, texture):
-                notes.append(f"Texture {texture!r} is missing or outside the folder; the plain colour is used.")
+        for texture in _lines(found, "map_kd"):
+            picture = _beside(path, texture)
+            if picture is None or not readable(picture):
+                what = (
+                    "missing or outside the folder" if picture is None else "no picture that can be read, or too large"
+                )
+                notes.append(f"Texture '{quoted(texture)}' is {what}; the plain colour is used.")
     return notes
 
 
-def _beside(path: Path, name: str) -> bool:
-    target = (path.parent / name.strip().lstrip("/")).resolve()
-    return target.is_file() and target.is_relative_to(path.parent.resolve())
+def _beside(path: Path, name: str) -> Path | None:
+    """The file of that name in the model's folder or below; None if there is none."""
+    target = path.parent / name.strip().lstrip("/")
+    return target if is_file(target) and target.resolve().is_relative_to(path.parent.resolve()) else None
 
 
 def _lines(path: Path, key: str) -> Iterator[str]:

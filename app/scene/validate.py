@@ -17,6 +17,7 @@ from .motion import Motion
 MAX_VERTICES = 50_000_000
 MAX_TRIANGLES = 50_000_000
 MAX_COORDINATE = 1e9  # m: areas, and their sums over all triangles, stay finite in float32
+MAX_TEXTURE_COORDINATE = 1e9  # times a texture's scale (bounded.py) its square still fits into float32
 RESOLVED = 4096  # pixels across the largest pictures: steps of float32 that a mesh must span, or it is reported
 FINE_STEP = 1e-3  # m: a scene that float32 resolves no better at its rim is reported
 MAX_MOVING = 255  # objects: their index shares a 32-bit word with the material's (app/gpu/arrays.py)
@@ -86,15 +87,27 @@ def count(number: int, singular: str, plural: str | None = None) -> str:
     return f"{number} {singular if number == 1 else plural or singular + 's'}"
 
 
+def check_counts(vertices: int, triangles: int, where: str) -> None:
+    """Raise UserError, naming `where`, if that is more than can be held."""
+    if vertices > MAX_VERTICES or triangles > MAX_TRIANGLES:
+        raise UserError(
+            f"{where} has {vertices} vertices and {triangles} triangles, over the limit of {MAX_TRIANGLES}: simplify "
+            "it."
+        )
+
+
 def check(raw: RawMesh, where: str) -> None:
     """Raise UserError, naming `where`, unless the arrays are finite, in range and of agreeing length."""
     n, m = len(raw.positions), len(raw.triangles)
-    if n > MAX_VERTICES or m > MAX_TRIANGLES:
-        raise UserError(f"{where} has {n} vertices and {m} triangles, over the limit of {MAX_TRIANGLES}: simplify it.")
-    for kind in ("normals", "uvs", "tangents", "colors"):
+    check_counts(n, m, where)
+    if raw.positions.shape != (n, 3) or raw.triangles.shape != (m, 3):
+        raise UserError(f"{where} has positions or faces that are not of three numbers each: re-export the file.")
+    for kind, width in (("normals", 3), ("uvs", 2), ("tangents", 4), ("colors", 4)):
         array = getattr(raw, kind)
         if array is not None and len(array) != n:
             raise UserError(f"{where} has {n} positions but {len(array)} {kind}: re-export the file.")
+        if array is not None and array.shape != (n, width):
+            raise UserError(f"{where} has {kind} that are not of {width} numbers each: re-export the file.")
     if m and (int(raw.triangles.min()) < 0 or int(raw.triangles.max()) >= n):
         raise UserError(f"{where} has a triangle index outside its {n} vertices: re-export the file.")
     if not np.isfinite(raw.positions).all():
@@ -103,21 +116,22 @@ def check(raw: RawMesh, where: str) -> None:
         raise UserError(
             f"{where} has a vertex farther than {MAX_COORDINATE:g} m from the origin: scale the model down."
         )
-    if raw.uvs is not None and not np.isfinite(raw.uvs).all():
-        raise UserError(f"{where} has a texture coordinate that is not a finite number: re-export the file.")
+    if raw.uvs is not None and not (np.abs(raw.uvs) <= MAX_TEXTURE_COORDINATE).all():  # NaN fails as well
+        raise UserError(
+            f"{where} has a texture coordinate that is not a finite number or beyond {MAX_TEXTURE_COORDINATE:g}: "
+            "re-export the file."
+        )
 
 
-def check_placed(mesh: Mesh, instance: Instance, where: str) -> F64:
+def check_placed(extent: F64, instance: Instance, where: str) -> F64:
     """Raise UserError unless the instance is within MAX_COORDINATE of the origin at time 0 (a NaN transform is not).
 
-    Returns how far from the origin it reaches along each axis (3,) [m].
+    `extent` is the largest absolute coordinate of its mesh along each axis (3,) [m]. Returns how far from the origin it
+    reaches along each axis (3,) [m].
     """
-    if not len(mesh.positions):
-        return np.zeros(3)
-    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
     linear, offset = instance.transform[:3, :3], instance.transform[:3, 3]
     with np.errstate(over="ignore", invalid="ignore"):
-        reach = np.abs(linear) @ np.maximum(np.abs(low), np.abs(high)) + np.abs(offset)
+        reach = np.abs(linear) @ extent + np.abs(offset)
     _check_reach(reach, where)
     return reach
 

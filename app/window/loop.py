@@ -254,7 +254,8 @@ class Window:
             "drawn": bool(costs),
             "resting": all(cost.samples >= cost.limit for cost in costs),
         }
-        self._status.write({**own, **self._state.log_entry(), **self._surveyor.log_entry(self._panel.cost.places)})
+        entry = {**own, **self._state.log_entry(), **self._surveyor.log_entry(self._panel.cost.places)}
+        self._status.write(entry, self._state.say)
 
     def _fit_window(self, size: tuple[int, int]) -> None:
         """Make the picture, not the window, as large as asked for: a remembered panel may be wider than the first."""

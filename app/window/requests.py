@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
 from ..camera import Viewpoint, camera_values, write_viewpoint
 from ..errors import UserError
+from ..files import is_folder, user_path
 from ..panel.model import Request
 from ..picture import write_png
 from ..presets import SUFFIX, is_preset, preset_of, read_preset, write_preset
@@ -104,7 +106,7 @@ class Requests:
 
     def _preset_or_tell(self, request: Request) -> None:
         """A name without a folder lies where screenshots go, and one without a suffix is a .json."""
-        path = self._screenshots / Path(request.text).expanduser()
+        path = self._screenshots / user_path(request.text)
         path = path if path.suffix else path.with_name(path.name + SUFFIX)
         state = self._state
         try:
@@ -117,7 +119,7 @@ class Requests:
     def _save_preset(self, path: Path) -> None:
         if path.suffix.lower() != SUFFIX:
             raise UserError(f"preset {path}: name a file ending in {SUFFIX}")
-        if path.exists() and not is_preset(path):
+        if os.path.lexists(path) and not is_preset(path):
             raise UserError(f"{path} is there and is no preset; choose another name")
         write_preset(path, preset_of(self._state.look.settings, self._state.look.view))
         self._state.say(f"saved {path}")
@@ -135,7 +137,7 @@ class Requests:
 
     def _new_file(self, suffix: str) -> Path:
         """A path that is not taken: scene-view.png, scene-view-2.png, ..."""
-        if not self._screenshots.is_dir():
+        if not is_folder(self._screenshots):
             raise UserError(f"--screenshots {self._screenshots}: there is no such folder")
         stem, number = f"{Path(self._stage.name).stem}-{self._state.look.view}", 1
         while (path := self._screenshots / f"{stem}{'' if number == 1 else f'-{number}'}{suffix}").exists():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -12,6 +11,7 @@ import numpy as np
 
 from ..camera import Camera, Viewpoint
 from ..errors import UserError
+from ..files import user_path
 from ..frame.pipeline import CONVERGING
 from ..frame.targets import TARGETS
 from ..gpu.scene import GpuScene
@@ -86,7 +86,7 @@ class Stage:
         if old:
             old.release()
         built_in = gallery.find(name)
-        beside = () if built_in else camera_files(Path(name).expanduser())
+        beside = () if built_in else camera_files(user_path(name))
         own = viewpoints(scene, (np.array(gpu_scene.facts.low), np.array(gpu_scene.facts.high)))
         # A file's framing camera is a makeshift: what lies beside it was chosen by a person.
         self.viewpoints = (*own, *beside) if scene.cameras else (*beside, *own)

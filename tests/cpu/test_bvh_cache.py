@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,9 @@ import pytest
 
 from app.bvh import build, cache
 from app.bvh.build import Bvh
+from app.bvh.pack import BVH_NODE, is_inner, is_leaf, leaf_reference
+from app.cache import ABANDONED_S, write_arrays
+from app.files import UNFINISHED
 
 POSITIONS = np.random.default_rng(0).random((300, 3), np.float32)
 INDICES = np.arange(300, dtype=np.uint32).reshape(-1, 3)
@@ -139,3 +143,77 @@ def test_least_recently_used_trees_go_first(monkeypatch: pytest.MonkeyPatch, fol
 def test_bad_geometry_is_not_the_caches_to_forgive() -> None:
     with pytest.raises(ValueError, match="coordinate"):
         cache.load_or_build(POSITIONS * np.nan, INDICES)
+
+
+def test_a_bit_turned_over_anywhere_gives_the_same_tree_or_a_note(folder: Path, soak: bool) -> None:
+    """A checksum guards the arrays, but not the headers around them: those may then say anything."""
+    few = INDICES[:6]
+    good, _ = cache.load_or_build(POSITIONS, few)
+    (file,) = folder.iterdir()
+    data = file.read_bytes()
+    noted, places = 0, range(0, len(data), 1 if soak else 5)
+    for place in places:
+        damaged = bytearray(data)
+        damaged[place] ^= 1 << (place % 8)
+        file.write_bytes(damaged)
+        bvh, notes = cache.load_or_build(POSITIONS, few)
+        assert same(bvh, Bvh(good.nodes, good.order, good.depth, bvh.stats)), place
+        noted += bool(notes)
+    assert noted > len(places) // 4
+
+
+@pytest.mark.parametrize("damage", ["order", "leaf", "node", "depth", "step"])
+def test_a_whole_file_with_wrong_references_is_built_again(damage: str, folder: Path) -> None:
+    """Rays follow what a tree refers to without asking: it must not leave the arrays, nor go in circles."""
+    good, _ = cache.load_or_build(POSITIONS, INDICES)
+    (file,) = folder.iterdir()
+    with np.load(file) as data:
+        arrays = {name: data[name].copy() for name in data}
+    nodes = arrays["nodes"].view(BVH_NODE)[:, 0]
+    child = nodes["child"]
+    if damage == "order":
+        arrays["order"][3] = arrays["order"][4]
+    elif damage == "leaf":
+        child[is_leaf(child)] = leaf_reference(np.array([len(INDICES)]), np.array([4]))[0]
+    elif damage == "node":
+        child[is_inner(child)] = 0  # the root again
+    elif damage == "depth":
+        arrays["depth"] = np.array(0)
+    else:
+        nodes["step_x"][0] = np.nan
+    write_arrays(file, **arrays)
+    bvh, notes = cache.load_or_build(POSITIONS, INDICES)
+    assert same(bvh, Bvh(good.nodes, good.order, good.depth, bvh.stats))
+    assert "was built again" in notes[0]
+
+
+@pytest.mark.parametrize("where", ["below a file", "read-only", "no such device"])
+def test_the_command_goes_on_without_a_cache(
+    where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from app.cli import main
+
+    folder = {
+        "below a file": tmp_path / "file" / "x",
+        "read-only": Path("/proc/none"),
+        "no such device": Path("/dev/null/x"),
+    }
+    if where == "read-only" and not Path("/proc").is_dir():
+        pytest.skip("there is no /proc here")
+    (tmp_path / "file").write_text("")
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    monkeypatch.setenv(cache.CACHE_VARIABLE, str(folder[where]))
+    assert main(["info", str(tmp_path / "a.obj")]) == 0
+    told = capsys.readouterr()
+    assert told.out.count("could not be cached") == 1
+    assert told.err == ""
+
+
+def test_what_a_killed_program_left_is_cleared_away_but_not_what_is_being_written(folder: Path) -> None:
+    folder.mkdir(parents=True)
+    for name, age in (("old", 2 * ABANDONED_S), ("new", 0.0)):
+        file = folder / f".{name}{UNFINISHED}"
+        file.write_bytes(b"half")
+        os.utime(file, (time.time() - age,) * 2)
+    cache.load_or_build(POSITIONS, INDICES)
+    assert [f.name for f in folder.glob(".*")] == [f".new{UNFINISHED}"]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from app.errors import UserError
-from app.picture import check_folder
+from app.files import check_folder
 
 from .subjects import SUBJECTS, Subject, left_out, present
 

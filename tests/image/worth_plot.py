@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from app.picture import write_atomically
+from app.files import write_atomically
 
 PANEL_INCHES = (4.6, 3.6)
 DOTS_PER_INCH = 120

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +91,26 @@ def test_a_saved_camera_reads_back(state: State, requests: Requests, tmp_path: P
     assert (found.focus_distance, found.aperture) == (4.0, 0.25)
 
 
+@pytest.mark.parametrize(
+    ("wish", "text"), [("screenshot", ""), ("save camera", ""), ("save preset", "mine"), ("save preset", "n" * 300)]
+)
+def test_a_full_disk_is_a_message_and_the_window_goes_on(
+    state: State, requests: Requests, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wish: Any, text: str
+) -> None:
+    def full(*args: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "replace", full)
+    requests.serve(Request(wish, text))
+    assert state.shown.message.startswith(f"cannot write {tmp_path}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_home_that_is_none_is_a_message(state: State, requests: Requests) -> None:
+    requests.serve(Request("load preset", "~nobody-of-this-name/a"))
+    assert "no such home" in state.shown.message
+
+
 def test_a_missing_folder_for_screenshots_is_a_sentence(state: State, tmp_path: Path) -> None:
     requests = Requests(state, FakeStage(), tmp_path / "gone")  # type: ignore[arg-type]
     requests.serve(Request("screenshot"))
@@ -150,7 +172,7 @@ def test_going_to_a_viewpoint_without_focus_keeps_the_focus(state: State, reques
 def test_the_status_log_holds_changes_only(tmp_path: Path) -> None:
     log = StatusLog(tmp_path / "log")
     for value in (1, 1, 2):
-        log.write({"value": value})
+        log.write({"value": value}, pytest.fail)
     log.close()
     assert (tmp_path / "log").read_text().splitlines() == ['{"value": 1}', '{"value": 2}']
     with pytest.raises(UserError, match="--status"):
