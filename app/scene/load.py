@@ -15,6 +15,7 @@ from .decoded import Decoded
 from .gltf import read_gltf
 from .model import F64, LARGEST_IMAGE_PX, Image, Instance, LoadReport, Mesh, Scene
 from .motion import Motion
+from .stress.catalogue import stress_scene
 from .validate import MAX_MOVING, MAX_TRIANGLES, Repairs, check_moving, check_placed, clean
 from .vertex_colors import colors_to_materials
 
@@ -24,29 +25,35 @@ GLTF, OTHERS = (".glb", ".gltf"), (".obj", ".ply", ".stl")
 
 
 def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Scene:
-    """Load a built-in scene by name, or a .glb, .gltf, .obj, .ply or .stl file.
+    """Load a built-in or stress scene by name, or a .glb, .gltf, .obj, .ply or .stl file.
 
     `progress(stage, fraction)` is called now and then, from this thread. Raises UserError for anything that cannot be
     drawn: missing or unknown files, damaged or hostile content, scenes without triangles.
     """
     started = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
-    path = scene_file(path_or_name)
-    decoded = _decode(path, report)
-    colors_to_materials(decoded, str(path))
+    stress = stress_scene(str(path_or_name))
+    source = stress.name if stress else str(scene_file(path_or_name))
+    decoded = stress.make() if stress else _decode(Path(source), report)
+    colors_to_materials(decoded, source)
     repairs = Repairs()
     meshes = []
     for index, raw in enumerate(decoded.meshes):
         report("checking geometry", index / len(decoded.meshes))
         slot = decoded.materials[raw.material].normal_texture
         normal_map = None if slot is None else np.asarray(slot.uv_transform)
-        meshes.append((clean(raw, f"{path}: mesh {raw.name!r}", normal_map, repairs), len(raw.triangles)))
+        meshes.append((clean(raw, f"{source}: mesh {raw.name!r}", normal_map, repairs), len(raw.triangles)))
     report("checking geometry", 1.0)
-    return _scene(decoded, meshes, repairs, str(path), started)
+    return _scene(decoded, meshes, repairs, source, started, may_be_empty=stress is not None)
 
 
 def scene_file(path_or_name: str | Path) -> Path:
-    """Where a built-in scene or a file lies. Raises UserError for what cannot be a scene."""
+    """Where a built-in scene or a file lies; of a stress scene, the code that makes it.
+
+    Raises UserError for what cannot be a scene.
+    """
+    if stress := stress_scene(str(path_or_name)):
+        return stress.module
     built_in = gallery.find(str(path_or_name))
     path = built_in.path if built_in else Path(path_or_name).expanduser()
     if path.suffix.lower() not in GLTF + OTHERS:
@@ -66,14 +73,21 @@ def _decode(path: Path, progress: Progress) -> Decoded:
     return read_with_trimesh(path, progress)
 
 
-def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, source: str, started: float) -> Scene:
+def _scene(
+    decoded: Decoded,
+    cleaned: list[tuple[Mesh, int]],
+    repairs: Repairs,
+    source: str,
+    started: float,
+    may_be_empty: bool,
+) -> Scene:
     meshes = [mesh for mesh, _ in cleaned]
     instances = [i for i in decoded.instances if len(meshes[i.mesh].triangles)]
     instances = _with_few_moving(instances, decoded.notes)
     _check_places(meshes, instances, source)
     triangles = sum(cleaned[i.mesh][1] for i in decoded.instances)
     kept = sum(len(meshes[i.mesh].triangles) for i in instances)
-    if not kept:
+    if not kept and not may_be_empty:
         raise UserError(f"{source} holds no triangles that could be drawn: choose another file.")
     if triangles > MAX_TRIANGLES:
         raise UserError(f"{source} places {triangles} triangles, over the limit of {MAX_TRIANGLES}: simplify it.")
