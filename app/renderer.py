@@ -124,9 +124,12 @@ class Renderer:
         return np.ascontiguousarray(self._targets.read("display")[::-1, :, :3])
 
     def linear(self) -> np.ndarray:
-        """The last frame's linear radiance (h, w, 3) float32, top row first, before exposure and tone mapping."""
+        """The last frame's linear radiance (h, w, 3) float32, top row first, before exposure and tone mapping.
+
+        Not below 0, as the first frames of the hybrid view may be on their way to the mean (MAY_BE_NEGATIVE).
+        """
         assert self.plan is not None, "draw a frame first"
-        return np.ascontiguousarray(self.read(linear_target(self.plan))[::-1, :, :3])
+        return np.maximum(self.read(linear_target(self.plan))[::-1, :, :3], 0.0)
 
     def linear_texture(self) -> moderngl.Texture:
         """The same on the GPU, bottom row first, for reading before the next frame is drawn."""

@@ -40,8 +40,8 @@ def object_defines(settings: Settings, facts: Facts) -> Defines:
 
 
 def gbuffer_defines(settings: Settings, facts: Facts) -> Defines:
-    """What surfaces are made of, and where they are."""
-    return (*shading_defines(settings, facts), *object_defines(settings, facts))
+    """What surfaces are made of, where they are, and how their depth is buffered."""
+    return (*shading_defines(settings, facts), *object_defines(settings, facts), ("LOG_DEPTH", int(facts.deep)))
 
 
 RASTER = (

@@ -84,6 +84,21 @@ TARGETS: dict[str, Target] = {
     )
 }
 
+# Targets whose texels may be below zero, and why; everywhere else that is a defect.
+_SIGNED_CIRCLE = "a signed circle of confusion"
+_DIRECTION = "components of a direction"
+_DIFFERENCE = "what brings the average over frames to the mean of all rays, which a frame may have to step back for"
+MAY_BE_NEGATIVE: dict[str, str] = {
+    **dict.fromkeys(("coc", "tiles", "tiles_row", "tiles_dilated", "half_color", "prefiltered"), _SIGNED_CIRCLE),
+    **dict.fromkeys(("mask_guide", "mask_slope", "mask_smooth_row", "mask_smooth", "trace_spread", "layer_coc"), _SIGNED_CIRCLE),
+    **dict.fromkeys(("normal", "motion", "trace_motion", "kernel", "probe_hit"), _DIRECTION),
+    **dict.fromkeys(("near_light", "far_light", "near_smooth", "far_smooth", "hybrid", "resolved"), _DIFFERENCE),
+    "mask_rows": "the power of a disc outside it",
+    "gradient": "-1: unknown",
+    "traced_error": "rounding errors",
+    "reference_error": "rounding errors",
+}
+
 BUFFERS: dict[str, Buffer] = {
     b.name: b
     for b in (

@@ -76,8 +76,8 @@ class GpuScene:
         if self.objects:
             self._records["Objects"] = self.objects.records
         block = self._records["Vertices"]
-        self._vertices = ctx.buffer(vertices.tobytes()) if isinstance(block, RecordTexture) else block
-        self._indices = ctx.buffer(draw_order(triangles, masked).tobytes())
+        self._vertices = ctx.buffer(_bytes(vertices)) if isinstance(block, RecordTexture) else block
+        self._indices = ctx.buffer(_bytes(draw_order(triangles, masked)))
         self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
         self._bvh_defines: dict[str, int] = {}
         self.shadow = ShadowMap(ctx, self, self.facts.low, self.facts.high)
@@ -139,6 +139,8 @@ class GpuScene:
 
     def draw(self, program: moderngl.Program) -> None:
         """Draw every triangle with one call; the program names the vertex attributes it wants."""
+        if not self.triangle_count:
+            return
         array = self._vertex_arrays.get(program.glo)
         if array is None or array.program is not program:  # drivers give a released program's number to the next one
             if array is not None:
@@ -164,11 +166,13 @@ class GpuScene:
         return self._ctx.vertex_array(program, [(self._vertices, layout, *names)], self._indices)
 
     def _upload(self, **arrays: NDArray[Any]) -> None:
-        """Put arrays of records on the GPU, or none of them if one is too large. An empty one gets a zeroed record: a
-        block must have a size.
-        """
+        """Put arrays of records on the GPU, or none of them if one is too large."""
         for name, records in arrays.items():
             check_fits(self._ctx, _WORDS[name], records.nbytes, self._in_textures)
         for name, records in arrays.items():
-            data = records.tobytes() or bytes(records.dtype.itemsize * math.prod(records.shape[1:]))
-            self._records[name] = make_records(self._ctx, data, self._in_textures)
+            self._records[name] = make_records(self._ctx, _bytes(records), self._in_textures)
+
+
+def _bytes(records: NDArray[Any]) -> bytes:
+    """Of an array of records; of an empty one a record of zeros, since a buffer must have a size."""
+    return records.tobytes() or bytes(records.dtype.itemsize * math.prod(records.shape[1:]))

@@ -18,6 +18,9 @@ from .model import F64, Scene
 
 MAX_NEAR_PLANE = 0.02  # m: nearer than a hand holds a leaf to a lens; at 10 m a 24-bit depth step is then 0.3 mm
 NEAR_SHARE = 2.5e-3  # of the scene's diagonal, for scenes smaller than a room
+# Diagonal [m] from which depth is buffered by its logarithm. A step of the 24-bit buffer spans z^2 / (near 2^24): with
+# the largest near plane a thousandth of the distance z here, and ever more behind.
+DEEP_M = 1e-3 * 2.0**24 * MAX_NEAR_PLANE
 CUT_DEPTHS = 8  # at which a jump of the camera is judged: within a factor of two of everything from a hand to a hall
 _CUT_GRID = np.linspace(-0.98, 0.98, 9)  # of the picture's half width and height: a ninth of the screen apart
 
@@ -36,6 +39,11 @@ class SceneFacts:
     sun: bool
     objects: bool = False  # parts of it move
 
+    @property
+    def deep(self) -> bool:
+        """Whether it is too large for a depth buffer in steps that are even in 1 / depth."""
+        return math.dist(self.low, self.high) > DEEP_M
+
 
 @dataclass(frozen=True)
 class Facts:
@@ -50,6 +58,7 @@ class Facts:
     lights: int = 0
     sun: bool = False
     objects: bool = False
+    deep: bool = False  # the scene is
     camera_moved: bool = False  # since last frame
     objects_moved: bool = False
     unsampled: bool = False  # pixels of a running mean still lack their first sample
@@ -143,6 +152,7 @@ def frame_facts(
         lights=scene.lights,
         sun=scene.sun,
         objects=scene.objects,
+        deep=scene.deep,
         camera_moved=camera_moved,
         objects_moved=objects_moved,
         unsampled=unsampled,

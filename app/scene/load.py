@@ -32,9 +32,17 @@ def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Sc
     """
     started = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
-    stress = stress_scene(str(path_or_name))
-    source = stress.name if stress else str(scene_file(path_or_name))
-    decoded = stress.make() if stress else _decode(Path(source), report)
+    if stress := stress_scene(str(path_or_name)):
+        return checked(stress.make(), stress.name, report, started, may_be_empty=True)
+    path = scene_file(path_or_name)
+    return checked(_decode(path, report), str(path), report, started)
+
+
+def checked(
+    decoded: Decoded, source: str, report: Progress, started: float | None = None, *, may_be_empty: bool = False
+) -> Scene:
+    """The scene of what was decoded from `source`, begun at `started` [s]. Raises UserError as `load_scene`."""
+    started = time.perf_counter() if started is None else started
     colors_to_materials(decoded, source)
     repairs = Repairs()
     meshes = []
@@ -44,7 +52,7 @@ def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Sc
         normal_map = None if slot is None else np.asarray(slot.uv_transform)
         meshes.append((clean(raw, f"{source}: mesh {raw.name!r}", normal_map, repairs), len(raw.triangles)))
     report("checking geometry", 1.0)
-    return _scene(decoded, meshes, repairs, source, started, may_be_empty=stress is not None)
+    return _scene(decoded, meshes, repairs, source, started, may_be_empty)
 
 
 def scene_file(path_or_name: str | Path) -> Path:

@@ -4,9 +4,11 @@
 //   emissive (linear radiance) and object (index of the moving object, 0: none) where the scene has any.
 // Method: deferred shading (Saito and Takahashi 1990); texture detail from the ratio of a triangle's area in uv and in
 // space, taken here from screen derivatives: both are planar over the triangle, so the ratio is the constant that a ray
-// computes from the vertices.
+// computes from the vertices. In a scene too large for steps that are even in 1 / depth, the depth test compares
+// logarithms (Kemen 2009, "Logarithmic Depth Buffer"): steps of 1.5e-6 of the distance, however far.
 #include "shared/primary.glsl"
 #include "shared/surface.glsl"
+#include "lib/coc.glsl"
 
 in vec3 v_normal;
 flat in uint v_material;
@@ -59,6 +61,9 @@ void main() {
     out_base_color = vec4(s.base_color, s.metallic);
     out_normal = vec4(octahedral_encode(s.normal), s.roughness, 1.0);
     out_depth = z;
+#if LOG_DEPTH
+    gl_FragDepth = log2(z / frame.near_plane) / log2(SKY_DEPTH / frame.near_plane);
+#endif
 #if HAS_EMISSIVE
     out_emissive = vec4(s.emissive, 1.0);
 #endif

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..decoded import Decoded
-from .parts import ball, box, camera, card, checker, matt, staged, sun, textured
+from .parts import at, ball, box, camera, card, checker, matt, staged, sun, textured
 
 
 def make() -> Decoded:
@@ -16,5 +16,13 @@ def make() -> Decoded:
         box((0.3, -0.3, -0.42), (0.36, 0.3, -0.36), 2),
         ball(0.25, 24, 16, 3),
     ]
+    places = [*((i, at(0, 0, 0)) for i in range(len(meshes) - 1)), (len(meshes) - 1, at(0.7, 0.35, -2.6))]
     colors = [textured(0), *(matt(c) for c in ((0.7, 0.2, 0.1), (0.1, 0.1, 0.1), (0.2, 0.5, 0.7)))]
-    return staged(meshes, colors, camera(3.0, 0.12), lights=[sun(3.0, (-0.2, -0.5, -1.0))], images=[checker()])
+    return staged(
+        meshes,
+        colors,
+        camera(3.0, 0.12),
+        places=places,
+        lights=[sun(3.0, (-0.2, -0.5, -1.0))],
+        images=[checker()],
+    )
