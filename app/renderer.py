@@ -107,6 +107,7 @@ class Renderer:
         """Change the picture's size; everything accumulated is dropped."""
         if size != self._targets.size:
             self._targets.resize(size)
+            self._plan_key = None  # what fitted at another size may not at this one
             self.reset()
 
     def reset(self) -> None:
@@ -206,6 +207,7 @@ class Renderer:
         key = (view, settings, facts)
         if key != self._plan_key:
             plan = frame_plan(view, settings, facts)
+            self._targets.reserve(plan.targets)
             if self.plan is None or [c.step.name for c in plan.calls] != [c.step.name for c in self.plan.calls]:
                 self.profiler.reset()
             self.plan, self._plan_key = plan, key
