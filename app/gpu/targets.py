@@ -19,6 +19,7 @@ from .memory import buffer_bytes, check_frame, check_made, texels, texture_bytes
 _NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
 _FILTER = {"nearest": (moderngl.NEAREST, moderngl.NEAREST), "linear": (moderngl.LINEAR, moderngl.LINEAR)}
 
+DEPTH_TEST = "depth test"  # the one texture that is no target
 DISPATCH_HEADER = np.array([0, 1, 1, 0], "<u4").tobytes()  # no groups yet in x, one in y and z; no items
 
 
@@ -48,7 +49,7 @@ class Targets:
 
     def reserve(self, names: Collection[str]) -> None:
         """Raise UserError if the targets of that name do not fit into memory, before the first of them is made."""
-        held = sum(count for name, count in self.bytes.items() if name in names)
+        held = sum(count for name, count in self.bytes.items() if name in names or name == DEPTH_TEST)
         check_frame(self._ctx, [TARGETS[name] for name in names], self.size, held)
 
     def texture(self, name: str, previous: bool = False) -> moderngl.Texture:
@@ -82,7 +83,7 @@ class Targets:
         if names not in self._framebuffers:
             if self._depth is None:
                 self._depth = self._ctx.depth_texture(self.size)
-                check_made(self._ctx, self.size, "the depth test")
+                check_made(self._ctx, self.size, f"the {DEPTH_TEST}")
             self._framebuffers[names] = self._ctx.framebuffer([self.texture(n) for n in names], self._depth)
             if "depth" in names:
                 self._framebuffers["depth",] = self._ctx.framebuffer([self.texture("depth")])
@@ -112,7 +113,7 @@ class Targets:
             usage[name] = usage.get(name, 0) + texture_bytes(TARGETS[name], self.size)
         usage |= {name: buffer.size for name, buffer in self._buffers.items()}
         if self._depth is not None:
-            usage["depth test"] = self._depth.width * self._depth.height * 4
+            usage[DEPTH_TEST] = self._depth.width * self._depth.height * 4
         return usage
 
     def release(self) -> None:
@@ -134,4 +135,3 @@ class Targets:
         texture.filter = _FILTER[target.filter]
         texture.write(bytes(texture_bytes(target, self.size)))
         return texture
-

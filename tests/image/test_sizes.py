@@ -14,9 +14,10 @@ import pytest
 
 from app.camera import Moment
 from app.cli import main
-from app.errors import BAD_INPUT
+from app.errors import BAD_INPUT, UserError
 from app.frame.pipeline import VIEWS
 from app.frame.targets import TILE_PX
+from app.gpu import memory
 from app.measure.metrics import mean_flip
 from app.scene.model import Material
 
@@ -147,6 +148,26 @@ def test_a_picture_beyond_what_the_device_has_is_refused(
         (line,) = capsys.readouterr().err.splitlines()
         assert f"--size {size}" in line
     assert not list(tmp_path.iterdir())
+
+
+def test_a_picture_beyond_the_free_memory_is_refused_and_a_smaller_one_drawn(
+    stage: Stage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Asked again whenever size or view change; what was drawn before is no longer asked for."""
+    renderer = stage.draw("post", (40, 30))
+    free = tmp_path / "meminfo"
+    free.write_text("MemAvailable: 1024 kB\n")
+    monkeypatch.setattr(memory, "MEMORY_FILE", free)
+    monkeypatch.setattr(memory, "is_software", lambda ctx: True)
+    with pytest.raises(UserError, match="--size 640x360 needs"):
+        stage.draw("post", (640, 360))
+    assert "lit" not in renderer.memory
+    stage.draw("post", (40, 30))
+    free.write_text("MemAvailable: 0 kB\n")
+    stage.draw("post", (40, 30))  # all there
+    with pytest.raises(UserError, match="--size 40x30 needs"):
+        stage.draw("hybrid", (40, 30))
+    stage.draw("post", (40, 30))
 
 
 def test_8k_draws_what_a_small_picture_shows(
