@@ -9,6 +9,7 @@
 #include "shared/primary.glsl"
 #include "shared/surface.glsl"
 #include "lib/coc.glsl"
+#include "lib/color.glsl"
 
 in vec3 v_normal;
 flat in uint v_material;
@@ -65,7 +66,7 @@ void main() {
     gl_FragDepth = log2(z / frame.near_plane) / log2(SKY_DEPTH / frame.near_plane);
 #endif
 #if HAS_EMISSIVE
-    out_emissive = vec4(s.emissive, 1.0);
+    out_emissive = vec4(min(s.emissive, LARGEST_RADIANCE), 1.0);  // what half floats hold of it
 #endif
 #if HAS_OBJECT
     out_object = float(v_object);

@@ -159,8 +159,9 @@ def test_a_picture_beyond_the_free_memory_is_refused_and_a_smaller_one_drawn(
     free.write_text("MemAvailable: 1024 kB\n")
     monkeypatch.setattr(memory, "MEMORY_FILE", free)
     monkeypatch.setattr(memory, "is_software", lambda ctx: True)
-    with pytest.raises(UserError, match="--size 640x360 needs"):
-        stage.draw("post", (640, 360))
+    for size in ((640, 360), (4000, 30)):  # higher, where blur is larger; only wider, where nothing else tells
+        with pytest.raises(UserError, match=f"--size {size[0]}x{size[1]} needs"):
+            stage.draw("post", size)
     assert "lit" not in renderer.memory
     stage.draw("post", (40, 30))
     free.write_text("MemAvailable: 0 kB\n")
