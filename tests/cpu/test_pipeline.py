@@ -17,7 +17,7 @@ from app.errors import UserError
 from app.frame.output import SHOW_KINDS, display_pass, resolve_pass, show_pass
 from app.frame.pipeline import CONVERGING, OF_MOTION, PASSES, VIEWS, color_target, frame_plan, linear_target
 from app.frame.records import FramePlan, Pass, split_read
-from app.frame.targets import BUFFERS, TARGETS
+from app.frame.targets import BUFFERS, MAY_BE_NEGATIVE, TARGETS
 from app.gpu.shaders import SUFFIXES, assemble, load_glsl
 from app.optics import IN_FOCUS_COC_PX
 from app.scene.facts import Facts
@@ -283,3 +283,10 @@ def test_a_pass_that_reads_the_scenes_records_is_compiled_for_where_they_are(ste
     stages = (step.shader,) if step.shader.endswith(".comp") else (f"{step.shader}.vert", f"{step.shader}.frag")
     texts = [assemble(stage, load_glsl(), {"OBJECTS": 1}).text for stage in stages]
     assert step.scene or not any("RECORDS(" in text for text in texts)
+
+
+def test_what_may_be_negative_is_a_target_with_a_reason_and_no_light_that_is_shown() -> None:
+    assert MAY_BE_NEGATIVE.keys() <= TARGETS.keys()
+    assert all(MAY_BE_NEGATIVE.values())
+    assert {t.name for t in TARGETS.values() if t.show == "signed" and t.range[0] < 0} <= MAY_BE_NEGATIVE.keys()
+    assert not {"lit", "post", "traced", "reference", "emissive", "display"} & MAY_BE_NEGATIVE.keys()

@@ -192,3 +192,26 @@ def test_8k_draws_what_a_small_picture_shows(
             )
         assert flip < 0.1  # textures are read at another level: a wrong or missing part of the picture is more
         stage.renderer.resize((8, 8))
+
+
+ONE_PICTURE = 0.02  # FLIP that two resolutions may differ by beyond what the truth does
+
+
+@pytest.mark.parametrize("scene", ["stress:twin", "still-life", "toy-train"])
+def test_a_picture_is_the_same_at_twice_the_resolution(ctx: moderngl.Context, soak: bool, scene: str) -> None:
+    """The larger one's means of 2x2 px, beside the smaller; the truth differs as well, by texture detail and noise."""
+    if not soak and scene != "stress:twin":
+        pytest.skip("detail that only large pictures and many frames resolve: make soak")
+    stage, (width, height) = opened(ctx, scene), (320, 180) if soak else (160, 90)
+    lens_points, frames = (1024, 128) if soak else (128, 16)
+
+    def apart(view: str, **effort: int) -> float:
+        small = stage.linear(view, (width, height), **effort)
+        large = stage.linear(view, (2 * width, 2 * height), **effort)
+        return mean_flip(large.reshape(height, 2, width, 2, 3).mean((1, 3)), small)
+
+    floor = apart("reference", spp=lens_points)
+    found = {view: apart(view, frames=frames) for view in ("sharp", "post", "hybrid")}
+    found["traced"] = apart("traced", spp=lens_points)
+    print(f"{scene} at {width}x{height} and twice that: reference {floor:.4f}, {found}")
+    assert max(found.values()) < floor + ONE_PICTURE, (floor, found)
