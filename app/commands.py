@@ -255,11 +255,15 @@ def doctor(options: argparse.Namespace) -> int:
 
 
 def scenes(options: argparse.Namespace) -> int:
-    """List the built-in scenes."""
+    """List the built-in scenes, and those that strain the arithmetic."""
     from .scene.gallery import SCENES
+    from .scene.stress.catalogue import STRESS
 
     for entry in SCENES:
-        print(f"{entry.name:<16}{entry.description}")
+        print(f"{entry.name:<22}{entry.description}")
+    print("\nstress scenes, each made to be hard for what it names:")
+    for stress in STRESS:
+        print(f"{stress.name:<22}{stress.description}")
     return 0
 
 

@@ -111,6 +111,7 @@ class Renderer:
         """Change the picture's size; everything accumulated is dropped."""
         if size != self._targets.size:
             self._targets.resize(size)
+            self._plan_key = None  # what fitted at another size may not at this one
             self.reset()
 
     def reset(self) -> None:
@@ -128,9 +129,12 @@ class Renderer:
         return np.ascontiguousarray(self._targets.read("display")[::-1, :, :3])
 
     def linear(self) -> np.ndarray:
-        """The last frame's linear radiance (h, w, 3) float32, top row first, before exposure and tone mapping."""
+        """The last frame's linear radiance (h, w, 3) float32, top row first, before exposure and tone mapping.
+
+        Not below 0, as the first frames of the hybrid view may be on their way to the mean.
+        """
         assert self.plan is not None, "draw a frame first"
-        return np.ascontiguousarray(self.read(linear_target(self.plan))[::-1, :, :3])
+        return np.maximum(self.read(linear_target(self.plan))[::-1, :, :3], 0.0)
 
     def linear_texture(self) -> moderngl.Texture:
         """The same on the GPU, bottom row first, for reading before the next frame is drawn."""
@@ -208,6 +212,7 @@ class Renderer:
         key = (view, settings, facts)
         if key != self._plan_key:
             plan = frame_plan(view, settings, facts)
+            self._targets.reserve(plan.targets)
             if self.plan is None or [c.step.name for c in plan.calls] != [c.step.name for c in self.plan.calls]:
                 self.profiler.reset()
             self.plan, self._plan_key = plan, key

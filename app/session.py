@@ -30,7 +30,7 @@ def open_scene(name: str, progress: Progress | None = None) -> tuple[Scene, Tria
     """Load a built-in scene or a file and bake it to world space. Raises UserError."""
     scene = load_scene(name, progress)
     triangles = flatten(scene)
-    if not len(triangles.indices):
+    if scene.instances and not len(triangles.indices):
         raise UserError(f"{scene.report.source} places no triangle that could be drawn: give its nodes a size.")
     return scene, triangles
 

@@ -141,6 +141,8 @@ class GpuScene:
 
     def draw(self, program: moderngl.Program) -> None:
         """Draw every triangle with one call; the program names the vertex attributes it wants."""
+        if not self.triangle_count:
+            return
         array = self._vertex_arrays.get(program.glo)
         if array is None or array.program is not program:  # drivers give a released program's number to the next one
             if array is not None:

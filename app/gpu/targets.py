@@ -4,19 +4,22 @@ here.
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import moderngl
 import numpy as np
 
 from ..errors import UserError
-from ..frame.records import Buffer, Target
+from ..frame.records import Target
 from ..frame.targets import BUFFERS, TARGETS
 from ..optics import SKY_DEPTH
 from .context import leave_framebuffers
+from .memory import buffer_bytes, check_frame, check_made, texels, texture_bytes
 
-_BYTES = {"f1": 1, "f2": 2, "f4": 4}
 _NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
 _FILTER = {"nearest": (moderngl.NEAREST, moderngl.NEAREST), "linear": (moderngl.LINEAR, moderngl.LINEAR)}
 
+DEPTH_TEST = "depth test"  # the one texture that is no target
 DISPATCH_HEADER = np.array([0, 1, 1, 0], "<u4").tobytes()  # no groups yet in x, one in y and z; no items
 
 
@@ -44,6 +47,11 @@ class Targets:
         self.release()
         self.size = size
 
+    def reserve(self, names: Collection[str]) -> None:
+        """Raise UserError if the targets of that name do not fit into memory, before the first of them is made."""
+        held = sum(count for name, count in self.bytes.items() if name in names or name == DEPTH_TEST)
+        check_frame(self._ctx, [TARGETS[name] for name in names], self.size, held)
+
     def texture(self, name: str, previous: bool = False) -> moderngl.Texture:
         """The texture of a target, or of its value in the last frame."""
         key = (name, previous)
@@ -60,6 +68,7 @@ class Targets:
         """The storage block of that name."""
         if name not in self._buffers:
             self._buffers[name] = self._ctx.buffer(reserve=buffer_bytes(BUFFERS[name], self.size))
+            check_made(self._ctx, self.size, BUFFERS[name].meaning)
         return self._buffers[name]
 
     def begin_buffer(self, name: str) -> None:
@@ -74,6 +83,7 @@ class Targets:
         if names not in self._framebuffers:
             if self._depth is None:
                 self._depth = self._ctx.depth_texture(self.size)
+                check_made(self._ctx, self.size, f"the {DEPTH_TEST}")
             self._framebuffers[names] = self._ctx.framebuffer([self.texture(n) for n in names], self._depth)
             if "depth" in names:
                 self._framebuffers["depth",] = self._ctx.framebuffer([self.texture("depth")])
@@ -99,13 +109,11 @@ class Targets:
     def bytes(self) -> dict[str, int]:
         """Bytes by target or block name, histories included."""
         usage: dict[str, int] = {}
-        for (name, _), texture in self._textures.items():
-            usage[name] = (
-                usage.get(name, 0) + texture.width * texture.height * texture.components * _BYTES[TARGETS[name].dtype]
-            )
+        for name, _ in self._textures:
+            usage[name] = usage.get(name, 0) + texture_bytes(TARGETS[name], self.size)
         usage |= {name: buffer.size for name, buffer in self._buffers.items()}
         if self._depth is not None:
-            usage["depth test"] = self._depth.width * self._depth.height * 4
+            usage[DEPTH_TEST] = self._depth.width * self._depth.height * 4
         return usage
 
     def release(self) -> None:
@@ -118,23 +126,12 @@ class Targets:
 
     def _make(self, target: Target) -> moderngl.Texture:
         texture = self._ctx.texture(texels(target, self.size), target.components, dtype=target.dtype)
+        try:
+            check_made(self._ctx, self.size, f"the target {target.name!r}")
+        except UserError:
+            texture.release()
+            raise
         texture.repeat_x = texture.repeat_y = False
         texture.filter = _FILTER[target.filter]
-        texture.write(bytes(texture.width * texture.height * target.components * _BYTES[target.dtype]))
+        texture.write(bytes(texture_bytes(target, self.size)))
         return texture
-
-
-def texels(target: Target, size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of a target at a full resolution."""
-    return target.fixed or scaled(size, target.scale)
-
-
-def scaled(size: tuple[int, int], scale: int) -> tuple[int, int]:
-    """Size at 1/scale, rounded up so that every full-resolution pixel is covered."""
-    return -(-size[0] // scale), -(-size[1] // scale)
-
-
-def buffer_bytes(buffer: Buffer, size: tuple[int, int]) -> int:
-    """Bytes of a storage block at a full resolution."""
-    width, height = scaled(size, buffer.scale)
-    return buffer.header + buffer.bytes_per_pixel * width * height

@@ -11,6 +11,7 @@ from ..camera import Viewpoint, read_viewpoint
 from ..errors import UserError
 from ..files import is_file
 from ..scene import gallery
+from ..scene.stress.catalogue import STRESS, Stress
 from ..scene.validate import count
 from . import style
 from .costs import muted
@@ -46,10 +47,9 @@ class ScenePicker:
         """Draw the picker; what the user picks is added to `requests`."""
         imgui.set_next_item_width(-1.0)
         if imgui.begin_combo("##scene", Path(shown.scene).name or "choose a scene"):
-            for entry in gallery.SCENES:
-                if imgui.selectable(entry.name, entry.name == shown.scene)[0]:
-                    requests.append(Request("load", entry.name))
-                imgui.set_item_tooltip(entry.description)
+            _entries(gallery.SCENES, shown, requests)
+            imgui.separator_text("made to be hard")
+            _entries(STRESS, shown, requests)
             imgui.end_combo()
         else:
             imgui.set_item_tooltip("Built-in scenes. Or drop a .glb .gltf .obj .ply .stl file on the window")
@@ -67,6 +67,13 @@ class ScenePicker:
         imgui.same_line()
         if (imgui.button("Open", imgui.ImVec2(-1.0, 0.0)) or entered) and self._typed.strip():
             requests.append(Request("load", self._typed.strip()))
+
+
+def _entries(entries: Iterable[gallery.BuiltIn | Stress], shown: Shown, requests: list[Request]) -> None:
+    for entry in entries:
+        if imgui.selectable(entry.name, entry.name == shown.scene)[0]:
+            requests.append(Request("load", entry.name))
+        imgui.set_item_tooltip(entry.description)
 
 
 def _cameras(viewpoints: Iterable[Viewpoint], requests: list[Request]) -> None:

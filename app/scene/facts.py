@@ -54,7 +54,7 @@ class Facts:
     lights: int = 0
     sun: bool = False
     objects: bool = False
-    deep: bool = False
+    deep: bool = False  # the scene is
     camera_moved: bool = False  # since last frame
     objects_moved: bool = False
     unsampled: bool = False  # pixels of a running mean still lack their first sample

@@ -19,6 +19,7 @@ from .geometry import local_origin
 from .gltf import read_gltf
 from .model import F64, LARGEST_IMAGE_PX, Image, Instance, LoadReport, Mesh, Scene
 from .motion import Motion
+from .stress.catalogue import stress_scene
 from .validate import (
     FINE_STEP,
     MAX_MOVING,
@@ -38,30 +39,44 @@ GLTF, OTHERS = (".glb", ".gltf"), (".obj", ".ply", ".stl")
 
 
 def load_scene(path_or_name: str | Path, progress: Progress | None = None) -> Scene:
-    """Load a built-in scene by name, or a .glb, .gltf, .obj, .ply or .stl file.
+    """Load a built-in or stress scene by name, or a .glb, .gltf, .obj, .ply or .stl file.
 
     `progress(stage, fraction)` is called now and then, from this thread. Raises UserError for anything that cannot be
     drawn: missing or unknown files, damaged or hostile content, scenes without triangles.
     """
     started = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
+    if stress := stress_scene(str(path_or_name)):
+        return checked(stress.make(), stress.name, report, started, may_be_empty=True)
     path = scene_file(path_or_name)
-    decoded = _decode(path, report)
+    return checked(_decode(path, report), str(path), report, started)
+
+
+def checked(
+    decoded: Decoded, source: str, report: Progress, started: float | None = None, *, may_be_empty: bool = False
+) -> Scene:
+    """The scene of what was decoded from `source`, begun at `started` [s]. Raises UserError as `load_scene`."""
+    started = time.perf_counter() if started is None else started
     bound(decoded)
-    colors_to_materials(decoded, str(path))
+    colors_to_materials(decoded, source)
     repairs = Repairs()
     meshes = []
     for index, raw in enumerate(decoded.meshes):
         report("checking geometry", index / len(decoded.meshes))
         slot = decoded.materials[raw.material].normal_texture
         normal_map = None if slot is None else np.asarray(slot.uv_transform)
-        meshes.append((clean(raw, f"{path}: mesh {raw.name!r}", normal_map, repairs), len(raw.triangles)))
+        meshes.append((clean(raw, f"{source}: mesh {raw.name!r}", normal_map, repairs), len(raw.triangles)))
     report("checking geometry", 1.0)
-    return _scene(decoded, meshes, repairs, str(path), started)
+    return _scene(decoded, meshes, repairs, source, started, may_be_empty)
 
 
 def scene_file(path_or_name: str | Path) -> Path:
-    """Where a built-in scene or a file lies. Raises UserError for what cannot be a scene."""
+    """Where a built-in scene or a file lies; of a stress scene, the code that makes it.
+
+    Raises UserError for what cannot be a scene.
+    """
+    if stress := stress_scene(str(path_or_name)):
+        return stress.module
     built_in = gallery.find(str(path_or_name))
     path = built_in.path if built_in else user_path(path_or_name)
     if path.suffix.lower() not in GLTF + OTHERS:
@@ -81,14 +96,21 @@ def _decode(path: Path, progress: Progress) -> Decoded:
     return read_with_trimesh(path, progress)
 
 
-def _scene(decoded: Decoded, cleaned: list[tuple[Mesh, int]], repairs: Repairs, source: str, started: float) -> Scene:
+def _scene(
+    decoded: Decoded,
+    cleaned: list[tuple[Mesh, int]],
+    repairs: Repairs,
+    source: str,
+    started: float,
+    may_be_empty: bool,
+) -> Scene:
     meshes = [mesh for mesh, _ in cleaned]
     instances = [i for i in decoded.instances if len(meshes[i.mesh].triangles)]
     instances = _with_few_moving(instances, decoded.notes)
     _check_places(meshes, instances, source)
     triangles = sum(cleaned[i.mesh][1] for i in decoded.instances)
     kept = sum(len(meshes[i.mesh].triangles) for i in instances)
-    if not kept:
+    if not kept and not may_be_empty:
         raise UserError(f"{source} holds no triangles that could be drawn: choose another file.")
     if triangles > MAX_TRIANGLES:
         raise UserError(f"{source} places {triangles} triangles, over the limit of {MAX_TRIANGLES}: simplify it.")

@@ -139,7 +139,8 @@ class Requests:
         """A path that is not taken: scene-view.png, scene-view-2.png, ..."""
         if not is_folder(self._screenshots):
             raise UserError(f"--screenshots {self._screenshots}: there is no such folder")
-        stem, number = f"{Path(self._stage.name).stem}-{self._state.look.view}", 1
+        scene = Path(self._stage.name).stem.replace(":", "-")  # of a stress scene's name; not every system allows it
+        stem, number = f"{scene}-{self._state.look.view}", 1
         while (path := self._screenshots / f"{stem}{'' if number == 1 else f'-{number}'}{suffix}").exists():
             number += 1
         return path

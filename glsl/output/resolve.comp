@@ -39,7 +39,7 @@ vec3 clipped_to_neighbourhood(vec3 history, ivec2 pixel) {
     }
     vec3 mean = sum / 9.0;
     vec3 reach = CLIP_DEVIATIONS * sqrt(max(sum_of_squares / 9.0 - mean * mean, 0.0));
-    return rgb_from_ycocg(clip_to_box(ycocg_from_rgb(history), mean, reach));
+    return max(rgb_from_ycocg(clip_to_box(ycocg_from_rgb(history), mean, reach)), 0.0);  // black may round below
 }
 
 // Catmull-Rom over 4x4 texels in nine bilinear fetches (Jimenez 2016, slide 77).

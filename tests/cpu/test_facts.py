@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from app.camera import Camera, look_at
+from app.camera import Camera, look_at, projection
 from app.optics import SKY_DEPTH, coc_px, coc_scale_px
 from app.scene.facts import (
     MAX_NEAR_PLANE,
@@ -90,6 +90,21 @@ def test_the_near_plane_suits_helmets_and_halls(diagonal: float) -> None:
     near = near_plane(np.zeros(3), np.array([diagonal, 0.0, 0.0]))
     assert 0.0 < near <= MAX_NEAR_PLANE
     assert near <= max(NEAR_SHARE * diagonal, 1e-9)
+
+
+@given(diagonal=st.floats(1e-6, 1e9), share=st.floats(1e-3, 1.0))
+def test_the_depth_buffer_tells_surfaces_a_thousandth_of_their_distance_apart(diagonal: float, share: float) -> None:
+    """A step of 24 bits at least, from what the projection makes of a depth, to the one a thousandth behind it."""
+    far = (diagonal, 0.0, 0.0)
+    near = near_plane(np.zeros(3), np.array(far))
+    depth = np.array([1.0, 1.001]) * max(share * diagonal, near)
+    if scene_facts(Scene((), (), ()), np.zeros(3), np.array(far)).deep:  # as gbuffer.frag
+        buffered = np.log2(depth / near) / np.log2(SKY_DEPTH / near)
+        assert (buffered[1] - buffered[0]) * 2.0**24 >= 600.0  # ln(1.001) / ln(1e9 / 0.02) of them: 680
+    else:
+        clip = projection(1.0, 1.0, near) @ np.stack([0 * depth, 0 * depth, -depth, 0 * depth + 1])
+        buffered = 0.5 + 0.5 * clip[2] / clip[3]
+        assert (buffered[1] - buffered[0]) * 2.0**24 >= 0.998  # 1/1.001 of a step, and rounding
 
 
 def scene(material: Material, lights: tuple[Light, ...] = (), spare: tuple[Material, ...] = ()) -> Scene:

@@ -283,3 +283,9 @@ def test_a_pass_that_reads_the_scenes_records_is_compiled_for_where_they_are(ste
     stages = (step.shader,) if step.shader.endswith(".comp") else (f"{step.shader}.vert", f"{step.shader}.frag")
     texts = [assemble(stage, load_glsl(), {"OBJECTS": 1}).text for stage in stages]
     assert step.scene or not any("RECORDS(" in text for text in texts)
+
+
+def test_components_that_may_be_negative_exist_and_no_light_that_is_shown_is_among_them() -> None:
+    assert all(set(t.signed) <= set("xyzw"[: t.components]) for t in TARGETS.values())
+    assert all(t.signed for t in TARGETS.values() if t.show == "signed" and t.range[0] < 0)
+    assert not any(TARGETS[name].signed for name in ("lit", "post", "traced", "reference", "emissive", "display"))

@@ -219,6 +219,20 @@ def test_motion_of_a_turned_camera_is_the_same_at_all_depths(ctx) -> None:
     assert np.abs(a).min() > 0.2
 
 
+@pytest.mark.parametrize("nearer_first", [False, True])
+@pytest.mark.parametrize("distance", [1.0, 30.0, 1e3, 3e4, 1e6])
+def test_the_nearer_surface_hides_the_other_however_far(ctx, distance: float, nearer_first: bool) -> None:
+    """A thousandth of their distance apart, in a scene that reaches far enough for each."""
+    walls = [
+        quad((-z, -z, -z), (2 * z, 0, 0), (0, 2 * z, 0), material)
+        for z, material in ((distance, 0), (1.001 * distance, 1))
+    ]
+    scene = scene_of(walls if nearer_first else walls[::-1], [Material((1, 0, 0, 1)), Material((0, 1, 0, 1))])
+    base_color, depth = render(ctx, scene, ["base_color", "depth"])
+    np.testing.assert_array_equal(base_color[..., :3], np.broadcast_to([1.0, 0.0, 0.0], (*base_color.shape[:2], 3)))
+    np.testing.assert_allclose(depth, distance, rtol=1e-5)
+
+
 def motion_frame(now: Camera, before: Camera, w: int, h: int, jitter: tuple[float, float]) -> dict[str, object]:
     project = projection(now.fov_y, w / h, 0.01)
     return {

@@ -161,3 +161,18 @@ def test_time_slices_add_up_to_the_whole_picture(stage: Stage) -> None:
     while stage.sides[0].samples < 1:
         stage.draw(look, CAMERA, SIZE)
     assert stage.depth_at(0.25, 0.5, look) == pytest.approx(3.0, rel=1e-6)  # of the raster image that stood in at first
+
+
+def test_stress_scenes_open_in_the_window_and_an_unknown_one_leaves_what_was_shown(ctx: moderngl.Context) -> None:
+    stage = Stage(ctx, lambda text, fraction: None)
+    stage.load("stress:knife-edges")
+    assert len(stage.viewpoints) == 1
+    with pytest.raises(UserError, match="no stress scene 'hegde'"):
+        stage.load("stress:hegde")
+    assert stage.name == "stress:knife-edges"
+    stage.load("stress:empty")
+    look = Look(view="hybrid")
+    stage.draw(look, stage.viewpoints[0].camera, SIZE)
+    assert stage.extent == 0.0
+    assert stage.picture(look).min() > 0, "sky"
+    stage.release()

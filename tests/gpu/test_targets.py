@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import moderngl
 import numpy as np
@@ -11,9 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.errors import UserError
+from app.frame.pipeline import VIEWS, frame_plan
 from app.frame.targets import BUFFERS, TARGETS
-from app.gpu.targets import Targets, buffer_bytes, scaled, texels
+from app.gpu import memory
+from app.gpu.context import is_software
+from app.gpu.memory import buffer_bytes, frame_bytes, scaled, texels
+from app.gpu.targets import Targets
 from app.optics import SKY_DEPTH
+from app.scene.facts import Facts
+from app.settings import Settings
 
 SIZES = [(1, 1), (3, 2), (17, 33), (160, 90), (161, 91)]
 BYTES = {"f1": 1, "f2": 2, "f4": 4}
@@ -156,4 +163,56 @@ def test_memory_is_counted_per_component(ctx: moderngl.Context, dtype: str) -> N
     targets = Targets(ctx, (10, 10))
     targets.texture(name)
     assert targets.bytes[name] == 100 * TARGETS[name].components * BYTES[dtype]
+    targets.release()
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_what_a_frame_takes_is_known_before_it_is_made(ctx: moderngl.Context, view: str) -> None:
+    facts = Facts(near_coc_px=20.0, far_coc_px=20.0, emissive=True, camera_moved=True)
+    names = frame_plan(view, Settings(), facts).targets
+    targets = Targets(ctx, (37, 23))
+    expected = frame_bytes([TARGETS[name] for name in names], targets.size)
+    for name in names:
+        targets.texture(name)
+        if TARGETS[name].history:
+            targets.texture(name, previous=True)
+    targets.framebuffer(("base_color", "normal", "depth"))
+    assert sum(targets.bytes[name] for name in (*names, "depth test")) == expected
+    targets.release()
+
+
+def test_a_frame_beyond_the_free_memory_is_refused_before_anything_is_made(
+    ctx: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needed = frame_bytes([TARGETS["traced"], TARGETS["resolved"]], (64, 32))
+    assert needed == 64 * 32 * (16 + 2 * 16 + 4)
+    free = tmp_path / "meminfo"
+    monkeypatch.setattr(memory, "MEMORY_FILE", free)
+    monkeypatch.setattr(memory, "is_software", lambda ctx: True)
+    targets = Targets(ctx, (64, 32))
+    for text in ("", "MemAvailable:", "MemAvailable: much kB", "MemTotal: 1 kB"):
+        free.write_text(text)
+        targets.reserve(("traced", "resolved"))  # not known: tried
+    free.write_text(f"MemTotal: 99999999 kB\nMemAvailable:   {needed * 10 // 9 // 1024 + 1} kB\n")
+    targets.reserve(("traced", "resolved"))
+    free.write_text(f"MemTotal: 99999999 kB\nMemAvailable:   {needed * 10 // 9 // 1024 - 1} kB\n")
+    with pytest.raises(UserError, match="--size 64x32 needs"):
+        targets.reserve(("traced", "resolved"))
+    assert targets.bytes == {}
+    targets.texture("traced")  # what is there needs no more
+    targets.reserve(("traced", "resolved"))
+    targets.release()
+
+
+def test_a_texture_that_the_driver_cannot_make_is_a_sentence(ctx: moderngl.Context) -> None:
+    """OpenGL says so by an error alone, and the picture would stay black."""
+    if not is_software(ctx):
+        pytest.skip("this device may have room for the largest texture it can address")
+    side = ctx.info["GL_MAX_TEXTURE_SIZE"]
+    targets = Targets(ctx, (side, side))
+    with pytest.raises(
+        UserError, match=f"--size {side}x{side} leaves no memory on this device for the target 'traced'"
+    ):
+        targets.texture("traced")
+    assert targets.bytes == {}
     targets.release()
