@@ -80,12 +80,13 @@ def _origin(mesh: trimesh.Trimesh) -> F64:
     """(3,) [m] where the mesh's own coordinates are to begin: text holds digits that float32 would round off."""
     vertices = np.asarray(mesh.vertices, np.float64)
     with np.errstate(over="ignore"):
-        kept = not len(vertices) or (vertices.astype(np.float32) == vertices).all()
+        kept = vertices.shape[1:] != (3,) or not len(vertices) or (vertices.astype(np.float32) == vertices).all()
     return np.zeros(3) if kept else local_origin(vertices.min(axis=0), vertices.max(axis=0))
 
 
 def _mesh(mesh: trimesh.Trimesh, origin: F64, name: str, decoded: Decoded, source: str) -> RawMesh:
-    positions, faces = (np.asarray(mesh.vertices, np.float64) - origin).astype(np.float32), np.asarray(mesh.faces)
+    vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces)
+    positions = (vertices - origin[: vertices.shape[-1]]).astype(np.float32)  # of two numbers each: refused later
     normals = _given_normals(mesh)
     uvs = colors = None
     kind = mesh.visual.kind

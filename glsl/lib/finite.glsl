@@ -1,5 +1,5 @@
 // What is not a number stays out of sums. Decided on the bits: compilers turn comparisons round as if there were no
-// NaN. Float64 twins: tests/gpu/finite_twin.py.
+// NaN. Float64 twins: tests/gpu/library_twin.py.
 
 const float LARGEST_RADIANCE = 6e4;  // just inside float16, which most radiance targets hold
 

@@ -45,7 +45,7 @@ def found(file: str) -> dict[str, str]:
         ("lib/tile_reach.glsl", "TILE_PX", TILE_PX),
         ("lib/tile_reach.glsl", "REACH_MARGIN_PX", post_twin.REACH_MARGIN_PX),
         ("dof/mask_reach.comp", "TILE", TILE_PX / 2),
-        ("lib/color.glsl", "LARGEST_RADIANCE", post_twin.LARGEST_RADIANCE),
+        ("lib/finite.glsl", "LARGEST_RADIANCE", post_twin.LARGEST_RADIANCE),
         ("lib/kernel.glsl", "GOLDEN", post_twin.GOLDEN),
         ("lib/kernel.glsl", "ROOT", post_twin.ROOT),
         ("lib/mask.glsl", "RAYS_BEGIN_PX", hybrid.RAYS_BEGIN_PX),
@@ -94,7 +94,7 @@ def test_every_kind_of_target_and_every_tone_curve_has_its_branch() -> None:
 
 
 def test_the_largest_radiance_fits_the_targets_that_hold_it() -> None:
-    assert constant("lib/color.glsl", "LARGEST_RADIANCE") < np.finfo(np.float16).max
+    assert constant("lib/finite.glsl", "LARGEST_RADIANCE") < np.finfo(np.float16).max
 
 
 def test_no_constant_is_defined_twice_for_one_shader() -> None:

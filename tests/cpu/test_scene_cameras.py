@@ -37,7 +37,7 @@ def test_a_camera_beyond_use_is_dropped_with_a_note(tmp_path: Path, yfov: float,
     scene = scene_with_camera(tmp_path, yfov, **node)
     assert scene.cameras == ()
     assert len(scene.meshes) == 1
-    assert any("'odd'" in note and "dropped" in note for note in scene.report.notes)
+    assert any("'odd'" in note and "left out" in note for note in scene.report.notes)
 
 
 @pytest.mark.parametrize("focus", [None, 1e-300, 1e-13, 1e-3, 1e300])

@@ -15,7 +15,7 @@ import pytest
 from app.bvh.build import build_bvh
 from app.errors import UserError, quoted
 from app.scene import gltf_accessors, images, load, validate
-from app.scene.bounded import FOV_DEG, MAX_RADIANCE
+from app.scene.bounded import MAX_RADIANCE
 from app.scene.flatten import flatten
 from app.scene.load import load_scene
 from app.session import open_scene
@@ -54,12 +54,15 @@ def test_time_grows_with_the_number_of_meshes_and_no_faster(tmp_path: Path, soak
     assert long < 2.0 * factor * short, "a quadratic step would take the factor once more"
 
 
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux tells the peak of one program")
 def test_a_hundred_thousand_meshes_take_two_gigabytes_at_most(tmp_path: Path, soak: bool) -> None:
     count, most = (100_000, 2 << 30) if soak else (2000, 300 << 20)
     path = many_meshes(count).write(tmp_path / "many.glb")
     code = (
-        "import resource, sys; from app.session import open_scene; scene, triangles = open_scene(sys.argv[1]);"
-        "print(len(triangles.indices), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)"
+        "import sys; from app.session import open_scene; scene, triangles = open_scene(sys.argv[1]);"
+        # Not getrusage: its peak of a new program begins at that of the process which started it.
+        "(peak,) = [line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')];"
+        "print(len(triangles.indices), int(peak) * 1024)"
     )
     done = subprocess.run([sys.executable, "-c", code, str(path)], cwd=ROOT, capture_output=True, text=True, check=True)
     triangles, peak = map(int, done.stdout.split())
@@ -159,7 +162,6 @@ def test_numbers_of_materials_lights_and_cameras_are_brought_into_range(tmp_path
     assert [light.kind for light in scene.lights] == ["point", "sun"]
     assert scene.lights[0].intensity * 4 == MAX_RADIANCE
     assert [camera.name for camera in scene.cameras] == ["1"]
-    assert FOV_DEG[0] < math.degrees(1.0) < FOV_DEG[1]
     told = " ".join(scene.report.notes)
     for words in ("Material 'odd' had numbers out of range", "A light is farther than", "'1e-300' was left out"):
         assert words in told
@@ -205,7 +207,7 @@ def test_what_collapses_where_it_is_placed_is_refused(tmp_path: Path) -> None:
     maker.json["nodes"] += [{"mesh": maker.mesh(maker.primitive(maker.accessor(CORNERS))), "scale": [0, 0, 0]}]
     maker.json["scenes"][0]["nodes"] = [0]
     path = maker.write(tmp_path / "a.glb")
-    with pytest.raises(UserError, match="no triangles that could be drawn"):
+    with pytest.raises(UserError, match="no triangle that could be drawn"):
         open_scene(str(path))
 
 

@@ -115,7 +115,8 @@ def _of_drawing(scene: Scene, triangles: Triangles) -> Iterator[str]:
         yield "a normal in the world is not unit"
     yield from _of_tree(triangles)
     places = [Place(0, layer) for layer in range(len(scene.images))]
-    for records in (pack_vertices(triangles), pack_materials(scene.materials, places), pack_lights(scene.lights)):
+    lights = pack_lights(scene.lights, triangles.origin)
+    for records in (pack_vertices(triangles), pack_materials(scene.materials, places), lights):
         names = records.dtype.names or ()
         yield from (f"record {n} is not finite" for n in names if not np.isfinite(records[n].astype(float)).all())
     draw_order(triangles, np.array([m.alpha_cutoff is not None for m in scene.materials]))

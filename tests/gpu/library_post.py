@@ -23,6 +23,7 @@ FRAMES = integers(0, 2**32 - 1, 13, 1022, 1023, 1024, 1025)
 NEAREST_M = 1e-9  # the near plane of the smallest scene
 FOCUS = Lens.__dataclass_fields__["focus_distance"].metadata
 FOCI = edges(FOCUS["low"], FOCUS["high"])
+ANYTHING = (edges(-3e38, 3e38, np.nan, np.inf, -np.inf, 1e30, -1e30),)
 MEDIAN = """vec4 middle(vec4 a, vec4 b, float c) {
     vec4 v[9] = vec4[9](a.xxxx, a.yyyy, a.zzzz, a.wwww, b.xxxx, b.yyyy, b.zzzz, b.wwww, vec4(c));
     return median9(v);
@@ -62,10 +63,19 @@ CASES = {
             lambda z, k, i: 4 * EPS * k * (i + 1.0 / z),
         )
     },
-    "splat": {
-        "finite_radiance": Case(
-            "vec4 finite_radiance(vec4 c)", twin.finite_radiance, ((edges(-3e38, 3e38, np.nan, np.inf, -np.inf),) * 4,)
+    "finite": {
+        "finite": Case("vec4 finite(vec4 c)", rest.finite, (ANYTHING * 4,)),
+        "finite_radiance": Case("vec4 finite_radiance(vec4 c)", twin.finite_radiance, (ANYTHING * 4,)),
+        "within_half": Case("vec4 within_half(vec4 c)", rest.within_half, ((edges(-3e38, 3e38),) * 4,)),
+        "usable": Case(
+            "uvec3 which(vec3 c)",
+            rest.usable,
+            (ANYTHING * 3,),
+            extra="uvec3 which(vec3 c) { return uvec3(usable(c)); }",
         ),
+        "is_usable": Case("bool is_usable(vec3 c)", rest.is_usable, (ANYTHING * 3,)),
+    },
+    "splat": {
         "gathered_coc": Case(
             "float gathered_coc(float c, float l)",
             twin.gathered_coc,

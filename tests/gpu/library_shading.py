@@ -137,15 +137,6 @@ CASES = {
             ((edges(-6e4, 6e4),) * 3,),
             lambda c: 2 * EPS * np.abs(c).sum(-1, keepdims=True),
         ),
-        "usable": Case(
-            "uvec3 which(vec3 c)",
-            rest.usable,
-            ((edges(-3e38, 3e38, np.nan, np.inf, -np.inf, 1e30, -1e30),) * 3,),
-            extra="uvec3 which(vec3 c) { return uvec3(usable(c)); }",
-        ),
-        "is_usable": Case(
-            "bool is_usable(vec3 c)", rest.is_usable, ((edges(-3e38, 3e38, np.nan, np.inf, -np.inf, 1e30, -1e30),) * 3,)
-        ),
     },
     "tone": {
         # pow is exp2 of a product: its rounding grows with the exponent, at most log2(0.0031308) / 2.4 = 3.5

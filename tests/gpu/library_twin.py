@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from app.gpu.octahedral import HANDED_BIT, SNORM, octahedral_decode
 
-from . import shading_twin
+from . import post_twin, shading_twin
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,16 @@ def hemisphere_diffuse(sky: ArrayLike, ground: ArrayLike, y: ArrayLike) -> Array
 def compressed_luminance(rgb: ArrayLike) -> Array:
     """Reinhard's operator on luminance, as what is missing from white."""
     return 1.0 - 1.0 / (1.0 + shading_twin.luminance(rgb))
+
+
+def finite(v: ArrayLike) -> Array:
+    """The finite components, 0 for the others."""
+    return np.nan_to_num(np.asarray(v, float), nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def within_half(light: ArrayLike) -> Array:
+    """Finite light that float16 can hold."""
+    return np.clip(np.asarray(light, float), -post_twin.LARGEST_RADIANCE, post_twin.LARGEST_RADIANCE)
 
 
 def usable(c: ArrayLike) -> NDArray[np.bool_]:

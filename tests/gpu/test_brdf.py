@@ -148,4 +148,4 @@ def test_colour_functions(ctx) -> None:
 
 def test_unusable_colours_are_known(ctx) -> None:
     values = np.array([[0, 0, 0], [np.nan, 0, 0], [0, np.inf, 0], [0, 0, -np.inf], [6e4, -1, 1e-38]], np.float32)
-    assert call_glsl(ctx, "lib/color.glsl", "bool is_usable(vec3 c)", values).tolist() == [1, 0, 0, 0, 1]
+    assert call_glsl(ctx, "lib/finite.glsl", "bool is_usable(vec3 c)", values).tolist() == [1, 0, 0, 0, 1]

@@ -25,7 +25,8 @@ def test_finite_radiance_lets_nothing_odd_through(ctx: moderngl.Context) -> None
     odd = np.array([np.nan, np.inf, -np.inf, -1.0, -0.0, 0.0, 1e-6, 1.0, 6e4, 7e4, 3e38])
     c = np.stack([odd, np.roll(odd, 1), np.roll(odd, 2), np.roll(odd, 3)], -1)
     assert (
-        call_glsl(ctx, SPLAT, "vec4 finite_radiance(vec4 c)", c) == twin.finite_radiance(c).astype(np.float32)
+        call_glsl(ctx, "lib/finite.glsl", "vec4 finite_radiance(vec4 c)", c)
+        == twin.finite_radiance(c).astype(np.float32)
     ).all()
 
 
