@@ -139,8 +139,9 @@ def test_two_processes_write_the_same_bytes(tmp_path: Path, soak: bool) -> None:
 
 
 def test_a_picture_beyond_what_the_device_has_is_refused(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, ctx: moderngl.Context
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ctx: moderngl.Context
 ) -> None:
+    monkeypatch.setattr("app.gpu.context.headless_context", lambda: ctx)  # one context a session
     side = ctx.info["GL_MAX_TEXTURE_SIZE"]
     for size in (f"{side + 1}x1", f"1x{side + 1}", f"{10**9}x{10**9}"):
         arguments = ["shot", "stress:one-triangle", "-o", str(tmp_path / "a.png"), "--size", size]
