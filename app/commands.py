@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from dataclasses import asdict
 from importlib import metadata
 from typing import Any
 
@@ -86,6 +87,8 @@ def shot(options: argparse.Namespace) -> int:
     )
     frame_ms = []
     for done, samples in enumerate(frames):
+        if options.report and done == len(frames) - 1:
+            renderer.health.watched = "all"
         started = time.perf_counter()
         before_s = (len(frames) - 1 - done) / options.fps if options.fps and options.view not in CONVERGING else 0.0
         renderer.draw(options.view, viewpoint.camera, _with_samples(settings, samples), time_s=options.time - before_s)
@@ -118,6 +121,7 @@ def shot(options: argparse.Namespace) -> int:
             "frame_ms": frame_ms,
             "pass_ms": dict(renderer.timings),
             "bytes": renderer.memory,
+            "bad_texels": {name: asdict(bad) for name, bad in renderer.health.finish().items()},
             "passes": _listed(renderer.plan),
         }
         write_json(options.report, {**facts, **times})

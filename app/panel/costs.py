@@ -22,6 +22,7 @@ def draw_costs(shown: Shown) -> None:
             for name, ms in cost.timings:
                 _row(name, ms, total)
             imgui.end_table()
+        _health(cost)
     muted(f"whole frame with window: {shown.frame_ms:.1f} ms (wall clock)")
     total_bytes = sum(shown.memory.values())
     imgui.text_unformatted(f"GPU memory: {total_bytes / 2**20:.0f} MiB")
@@ -54,6 +55,15 @@ def muted(text: str) -> None:
     imgui.text_unformatted(text)
     imgui.pop_text_wrap_pos()
     imgui.pop_style_color()
+
+
+def _health(cost: Cost) -> None:
+    """Whether any texel is what no pass should have made."""
+    bad = {name: found for name, found in cost.health.items() if found}
+    if not bad:
+        muted(f"no bad texel in {len(cost.health)} targets")
+    for name, found in bad.items():
+        style.wrapped(f"{name}: {found.non_finite} texels not finite, {found.negative} negative", style.ERROR)
 
 
 def _row(name: str, ms: float, total: float) -> None:

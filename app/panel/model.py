@@ -11,6 +11,7 @@ from typing import Literal
 
 from ..camera import Viewpoint
 from ..frame.records import FramePlan
+from ..gpu.health import BadTexels
 from ..measure.metrics import Errors
 from ..measure.survey import Findings
 from ..scene.model import LoadReport
@@ -77,6 +78,7 @@ class Cost:
     samples: int = 0
     limit: int = 0  # samples after which a still picture rests
     size: Size = (0, 0)  # px
+    health: Mapping[str, BadTexels] = field(default_factory=dict)  # of the targets looked at so far
 
 
 @dataclass(frozen=True)

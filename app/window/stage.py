@@ -56,7 +56,13 @@ class Side:
 
     def cost(self) -> Cost:
         return Cost(
-            self.view, self.renderer.plan, tuple(self.renderer.timings), self.samples, self.limit, self.renderer.size
+            self.view,
+            self.renderer.plan,
+            tuple(self.renderer.timings),
+            self.samples,
+            self.limit,
+            self.renderer.size,
+            dict(self.renderer.health.found),
         )
 
 
@@ -131,6 +137,7 @@ class Stage:
                 continue
             side.renderer.resize(size)
             side.renderer.profiler.enabled = look.panel
+            side.renderer.health.watched = "in turn" if look.panel else "nothing"
             side.texture = side.renderer.draw(
                 view, camera, look.settings, time_s=time_s, time_budget_ms=BUDGET_MS / len(views)
             )

@@ -48,7 +48,7 @@ float deviation_at(ivec2 p) {
         ivec2 offset = ivec2(i % 3, i / 3) - 1, there = clamp(from + offset, ivec2(0), last);
         vec4 state = fetch_finite(prev_layer_state, there);
         float weight = offset == ivec2(0) ? 0.0 : min(state.x, state.y);
-        moments += weight * fetch_finite(prev_layer_moments, there);
+        moments += weight * fetch_light(prev_layer_moments, there);
         rays += weight;
     }
     return rays > 0.0 ? light_deviation(moments / rays) : -1.0;

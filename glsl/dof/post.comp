@@ -84,7 +84,7 @@ void main() {
     vec2 uv = (vec2(pixel) + 0.5) * 0.5 / vec2(textureSize(in_near_blur, 0));
     vec4 near = -reach.x > HALF_RES_BEGIN_PX ? finite_radiance(textureLod(in_near_blur, uv, 0.0)) : vec4(0.0);
     // Where nothing behind the near layer was seen, the near layer is all there is to show.
-    float open = (1.0 - near.a) * validity;
+    float open = max(1.0 - near.a, 0.0) * validity;
     vec3 color = (near.rgb + open * behind) / max(near.a + open, 1e-6);
 #if HAS_NEAR_SPECULAR
     float specular = -reach.x > HALF_RES_BEGIN_PX ? finite_radiance(textureLod(in_near_specular, uv, 0.0)).r : 0.0;

@@ -27,7 +27,7 @@ void main() {
         imageStore(out_lit, pixel, vec4(sky_radiance(-view_dir), 0.0));
         return;
     }
-    vec4 base = fetch_light(in_base_color, pixel);
+    vec4 base = min(fetch_light(in_base_color, pixel), 1.0);  // reflects no more than it receives
     vec4 normal = fetch_finite(in_normal, pixel);
     Surface s = Surface(position, octahedral_decode(normal.xy), base.rgb, base.a, normal.z, vec3(0.0));
 #if HAS_EMISSIVE

@@ -81,7 +81,7 @@ Mean earlier(sampler2D layer, int field, vec2 position, vec2 circle) {
         float held = fetch_finite(prev_layer_state, texel)[field], coc = fetch_finite(prev_layer_coc, texel)[field];
         vec2 bilinear = mix(1.0 - f, f, vec2(step));
         float w = held > 0.0 && same_depth(coc, circle) ? bilinear.x * bilinear.y : 0.0;
-        vec4 light = fetch_light(layer, texel), moments = fetch_finite(prev_layer_moments, texel);
+        vec4 light = fetch_light(layer, texel), moments = fetch_light(prev_layer_moments, texel);
         sum.layer += w * light;
         sum.circle += w * light.a * coc;
         sum.moments += w * (field == 0 ? moments.xy : moments.zw);
@@ -171,7 +171,7 @@ void main() {
         Mean near_now = NOTHING, far_now = NOTHING;
         if (rays > 0.0) {
             vec4 near_layer = fetch_light(in_trace_near, p), far_layer = fetch_light(in_trace_far, p);
-            vec4 moments = fetch_finite(in_trace_moments, p);
+            vec4 moments = fetch_light(in_trace_moments, p);
             vec2 circle = fetch_finite(in_trace_spread, p).xy * vec2(near_layer.a, far_layer.a);
             near_now = Mean(near_layer, circle.x, moments.xy, rays);
             far_now = Mean(far_layer, circle.y, moments.zw, rays);

@@ -29,7 +29,7 @@ Statistics gather(ivec2 p, vec2 radius) {
     int rings = ring_count(reach, RINGS), taps = kernel_taps(rings);
     for (int i = 0; i < taps; i++) {
         ivec2 offset = tap_offset(i, rings, reach), texel = clamp(p + offset, ivec2(0), last);
-        vec4 state = fetch_finite(in_layer_state, texel), moments = fetch_finite(in_layer_moments, texel);
+        vec4 state = fetch_finite(in_layer_state, texel), moments = fetch_light(in_layer_moments, texel);
         float rays = rays_of(state);
         if (rays == 0.0) continue;
         vec2 weights = tap_weight(state, fetch_finite(in_layer_coc, texel).xy, 2.0 * length(vec2(offset)), radius);
@@ -67,7 +67,7 @@ void main() {
     if (state.w > 0.0) {
         radius = layer_radius(layer_coc(p));
         Statistics sum = gather(p, radius);
-        share = smoothing(sum, rays_of(state), variance_of(fetch_finite(in_layer_moments, p), state.z));
+        share = smoothing(sum, rays_of(state), variance_of(fetch_light(in_layer_moments, p), state.z));
     }
     imageStore(out_layer_smoothing, p, vec4(share, radius));
 }
