@@ -60,12 +60,12 @@ def test_layers_of_ten_thousand_frames_hold_all_light(ctx: moderngl.Context, soa
         shares = renderer.read("near_layer")[..., 3] + renderer.read("far_layer")[..., 3]
         assert np.abs(shares[held] - 1.0).max() < 1e-3
         rays = renderer.read("layer_state")[..., 0][held]
-        assert rays.min() > count / 2, "where rays go, some go in most frames"
+        assert rays.mean() > 2 * count, "rays went on"
         energy[count] = renderer.linear().astype(float).sum()
     assert abs(energy[frames] / energy[frames // 10] - 1.0) < 1e-3
 
 
-@pytest.mark.parametrize(("edge", "ratio"), [(50.0, 1.0), (-50.0, 0.0)], ids=["all near", "all far"])
+@pytest.mark.parametrize(("edge", "ratio"), [(50.0, 1.0), (-40.0, 0.0)], ids=["all near", "all far"])
 def test_a_picture_of_one_layer_is_that_layer(ctx: moderngl.Context, edge: float, ratio: float) -> None:
     """Rays everywhere, though one layer is never hit: 0/0 in its mean, and nothing of it in the picture."""
     stage = layers(ctx, edge)

@@ -1,4 +1,4 @@
-"""The ray-traced view converges as fast as its samples allow, and does not stop: float64 truth, 16 384 samples (soak: 65 536)."""
+"""The ray-traced view converges as fast as its samples allow, and does not stop: against truth in float64."""
 
 from __future__ import annotations
 
