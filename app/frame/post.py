@@ -47,7 +47,7 @@ def specular(settings: Settings, facts: Facts) -> bool:
     return lit(settings)
 
 
-POST = (
+TILES = (
     Pass("kernel", "dof/kernel.comp", writes=("kernel",), needed=blurred, defines=lens_defines),
     Pass("tiles", "dof/tiles.comp", reads=("coc",), writes=("tiles",), group=(1, 1), needed=blurred),
     Pass(
@@ -66,6 +66,9 @@ POST = (
         defines=lambda s, f: (("AXIS", 1),),
         needed=blurred,
     ),
+)
+
+GATHERING = (
     Pass(
         "downsample",
         "dof/downsample.comp",
@@ -111,3 +114,5 @@ POST = (
         defines=layer_defines,
     ),
 )
+
+POST = (*TILES, *GATHERING)

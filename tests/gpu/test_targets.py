@@ -16,7 +16,7 @@ from app.frame.pipeline import VIEWS, frame_plan
 from app.frame.targets import BUFFERS, TARGETS
 from app.gpu import memory
 from app.gpu.context import is_software
-from app.gpu.memory import buffer_bytes, frame_bytes, scaled, texels
+from app.frame.memory import buffer_bytes, scaled, texels
 from app.gpu.targets import Targets
 from app.optics import SKY_DEPTH
 from app.scene.facts import Facts
