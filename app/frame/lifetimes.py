@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from .records import FramePlan, Target
 from .targets import DEPTH_TEST, TARGETS
@@ -22,8 +23,7 @@ PICKED = "depth"
 Value = tuple[str, bool]  # (target's name, whether it is the last frame's value)
 
 
-@dataclass(frozen=True)
-class Format:
+class Format(NamedTuple):
     """Textures of one format and one full resolution may stand for each other."""
 
     scale: int
@@ -32,8 +32,7 @@ class Format:
     dtype: str
 
 
-@dataclass(frozen=True)
-class Life:
+class Life(NamedTuple):
     """From the call `first` to the call `last`; BEFORE: it is there as the frame begins; the number of calls: it
     outlives the frame. Two values where this frame's is written over the last one's.
     """
@@ -107,14 +106,16 @@ def lifetimes(plan: FramePlan, kept: Collection[str], targets: Mapping[str, Targ
 
 def shared_slots(lives: Collection[Life]) -> tuple[Slot, ...]:
     """The fewest slots that hold all lives: two in a slot are of one format and never meet."""
-    slots: list[list[Life]] = []
+    slots: dict[Format, list[list[Life]]] = {}
     for life in sorted(lives, key=lambda life: life.first):
-        free = (s for s in slots if s[-1].last < life.first and s[-1].format == life.format)
-        if (slot := next(free, None)) is not None:
-            slot.append(life)
+        alike = slots.setdefault(life.format, [])
+        for slot in alike:
+            if slot[-1].last < life.first:
+                slot.append(life)
+                break
         else:
-            slots.append([life])
-    return tuple(Slot(held[0].format, tuple(held)) for held in slots)
+            alike.append([life])
+    return tuple(Slot(format, tuple(held)) for format, alike in slots.items() for held in alike)
 
 
 def own_slots(lives: Collection[Life]) -> tuple[Slot, ...]:

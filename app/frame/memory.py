@@ -12,6 +12,9 @@ from .targets import BUFFERS
 _BYTES = {"f1": 1, "f2": 2, "f4": 4, "depth": 4}  # of a component
 Size = tuple[int, int]
 
+MOST_REMEMBERED = 256  # plans: as many as there are views and targets, each still and moving
+_SLOTS: dict[object, tuple[Slot, ...]] = {}
+
 
 @dataclass(frozen=True)
 class FrameMemory:
@@ -33,8 +36,16 @@ class FrameMemory:
 
 
 def frame_slots(plan: FramePlan, share: bool) -> tuple[Slot, ...]:
-    """The textures of a plan: as few as will do, or one for each value."""
-    return (shared_slots if share else own_slots)(lifetimes(plan, read_after(plan)))
+    """The textures of a plan: as few as will do, or one for each value. Remembered: while a camera flies, plans change
+    in their reasons alone.
+    """
+    calls = tuple((call.step.name, call.reads, call.writes, call.in_place) for call in plan.calls)
+    key = calls, plan.output, share
+    if key not in _SLOTS:
+        if len(_SLOTS) >= MOST_REMEMBERED:
+            _SLOTS.clear()
+        _SLOTS[key] = (shared_slots if share else own_slots)(lifetimes(plan, read_after(plan)))
+    return _SLOTS[key]
 
 
 def frame_blocks(plan: FramePlan) -> tuple[str, ...]:
