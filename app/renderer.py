@@ -265,8 +265,6 @@ class Renderer:
         defines = (*call.defines, *self.scene.defines.items()) if step.scene else call.defines
         compiled = self._programs.get(step.shader, defines, call.writes if step.kind == "raster" else ())
         check_names(call, compiled)
-        for name in (target for target in call.writes if TARGETS[target].cleared):
-            self._targets.clear(name)
         bind(call, compiled, self._targets, self.scene, self._frame_buffer)
         if step.kind == "raster":
             self._targets.framebuffer(call.writes).use()
