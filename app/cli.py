@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from . import commands, presets, tune_command
+from . import commands, info_command, presets, tune_command
 from .errors import UserError
 from .frame.pipeline import VIEWS
 from .scene.gallery import DEFAULT
@@ -43,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         options = _parsed(arguments)
         if "preset" in options:
             presets.resolve(options, DEFAULT_VIEW)
-        module = tune_command if options.command == "tune" else commands
+        module = {"tune": tune_command, "info": info_command}.get(options.command, commands)
         code = int(getattr(module, options.command)(options) or 0)
         sys.stdout.flush()
         return code

@@ -10,6 +10,8 @@ import moderngl
 import numpy as np
 
 from .camera import Camera, Moment
+from .frame.lifetimes import PICKED, Slot
+from .frame.memory import frame_blocks, frame_slots
 from .frame.pipeline import CONVERGING, LENS_POINTS, LENS_RAYS, VIEWS, frame_plan, linear_target
 from .frame.progress import Progress
 from .frame.records import Call, Defines, FramePlan
@@ -37,7 +39,11 @@ class Renderer:
         *,
         seed: int = 0,
         timing_source: str | None = None,
+        share_memory: bool = False,
     ) -> None:
+        """With `share_memory` targets that a frame needs one after the other are one texture: `read` then knows what
+        the plan leaves (`pipeline.read_after`, histories and running means), and raises for what it overwrote.
+        """
         self._ctx, self.scene, self.seed = ctx, scene, seed
         self._targets = Targets(ctx, size)
         self._programs = Programs(ctx)
@@ -46,6 +52,8 @@ class Renderer:
         self.health = Health(ctx)
         self.plan: FramePlan | None = None
         self._plan_key: object = None
+        self._share = share_memory
+        self._slots: tuple[Slot, ...] = ()
         self._drawn_plan: FramePlan | None = None
         self._history: object = None
         self._drawn: Moment | None = None  # of the last frame, unless its history was dropped
@@ -86,10 +94,7 @@ class Renderer:
             self.scene.update_shadow()
         self._frame_buffer.write(frame_block(inputs).tobytes())
         self.health.begin_frame(plan)
-        for name in {b for call in plan.calls for b in call.step.fills}:
-            self._targets.begin_buffer(name)
-        for name in {t for call in plan.calls for t in call.writes if TARGETS[t].cleared}:
-            self._targets.clear(name)
+        self._targets.begin(self._slots, frame_blocks(plan))
         for call in self._calls(plan):
             slice_begin = self._clock() if call.step.sliced and time_budget_ms is not None else 0.0
             with self.profiler.scope(call.step.name):
@@ -144,11 +149,13 @@ class Renderer:
 
     def depth_at(self, x: int, y: int) -> float:
         """Planar depth [m] under a pixel counted from the top left; SKY_DEPTH where nothing is. Needs a frame that drew
-        a G-buffer.
+        a G-buffer: 0 where none did.
         """
+        if not self._targets.holds(PICKED):
+            return 0.0
         width, height = self.size
         row = height - 1 - min(max(y, 0), height - 1)
-        return float(self._targets.read("depth")[row, min(max(x, 0), width - 1), 0])
+        return float(self._targets.read(PICKED)[row, min(max(x, 0), width - 1), 0])
 
     @property
     def converged_samples(self) -> int:
@@ -190,8 +197,7 @@ class Renderer:
         if key != self._history or (view in CONVERGING and now != self._drawn):
             self._history, self._frame, self._drawn = key, 0, None
             self._progress.restart()
-            for name in CONVERGING if view in CONVERGING else ():
-                self._targets.clear(name)
+            self._targets.forget((*CONVERGING, PICKED))
         previous = self._drawn or now
         self.moved = now != previous
         return previous
@@ -212,10 +218,11 @@ class Renderer:
         key = (view, settings, facts)
         if key != self._plan_key:
             plan = frame_plan(view, settings, facts)
-            self._targets.reserve(plan.targets)
+            slots = frame_slots(plan, self._share)
+            self._targets.reserve(slots, frame_blocks(plan))
             if self.plan is None or [c.step.name for c in plan.calls] != [c.step.name for c in self.plan.calls]:
                 self.profiler.reset()
-            self.plan, self._plan_key = plan, key
+            self.plan, self._plan_key, self._slots = plan, key, slots
         assert self.plan is not None
         return self.plan
 

@@ -25,13 +25,13 @@ class Target:
 
     name: str
     components: int
-    dtype: Literal["f1", "f2", "f4"]
+    dtype: Literal["f1", "f2", "f4", "depth"]
     meaning: str  # of a texel, with its unit
     scale: int = 1
     fixed: tuple[int, int] | None = None  # (width, height) in texels, whatever the picture's size
     history: bool = False
     signed: str = ""  # those of its components xyzw that may be negative
-    cleared: bool = False  # zeroed before each frame that writes it: passes that write only parts of it leave no past
+    cleared: bool = False  # zeroed before the pass that writes it, which writes only parts of it
     filter: Literal["nearest", "linear"] = "linear"
     show: Show = "color"  # how the target viewer paints it
     range: tuple[float, float] = (0.0, 1.0)  # its colour map's ends
@@ -84,6 +84,8 @@ class Pass:
     optional: tuple[str, ...] = ()  # read if something writes them; the shader sees HAS_<TARGET> as 1 or 0
     history: tuple[str, ...] = ()  # last frame's values, bound as prev_<target>
     updates: tuple[str, ...] = ()  # read and written in place, and kept between frames
+    # (history, optional read): written over last frame's value, texel by texel, unless that is read
+    in_place_without: tuple[tuple[str, str], ...] = ()
     buffers: tuple[str, ...] = ()  # storage blocks it reads
     fills: tuple[str, ...] = ()  # storage blocks it writes (and may read)
     kind: Literal["compute", "raster"] = "compute"
@@ -113,6 +115,7 @@ class Call:
     writes: tuple[str, ...]
     defines: Defines
     reason: str
+    in_place: tuple[str, ...] = ()  # histories that it writes over last frame's value
 
 
 @dataclass(frozen=True)

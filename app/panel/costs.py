@@ -5,6 +5,7 @@ from __future__ import annotations
 from imgui_bundle import imgui
 
 from . import style
+from .memory import draw_memory
 from .model import Cost, Shown
 
 
@@ -24,12 +25,7 @@ def draw_costs(shown: Shown) -> None:
             imgui.end_table()
         _health(cost)
     muted(f"whole frame with window: {shown.frame_ms:.1f} ms (wall clock)")
-    total_bytes = sum(shown.memory.values())
-    imgui.text_unformatted(f"GPU memory: {total_bytes / 2**20:.0f} MiB")
-    if imgui.begin_item_tooltip():
-        for name, size in sorted(shown.memory.items(), key=lambda item: -item[1])[:24]:
-            imgui.text_unformatted(f"{size / 2**20:8.2f} MiB  {name}")
-        imgui.end_tooltip()
+    draw_memory(shown)
 
 
 def draw_passes(cost: Cost) -> None:

@@ -36,7 +36,8 @@ class Advisor:
         if not self._stage.sides:
             raise UserError("there is no picture yet to advise on")
         shown = self._stage.sides[0].renderer
-        self._renderer = Renderer(self._stage.ctx, shown.scene, shown.size, timing_source=shown.timing_source)
+        ctx, source = self._stage.ctx, shown.timing_source
+        self._renderer = Renderer(ctx, shown.scene, shown.size, timing_source=source, share_memory=True)
         self._steps = self._run(self._renderer, goal, limit)
         self._tell("drawing the reference")
 

@@ -100,7 +100,8 @@ class Stage:
     def renderer(self, size: Size) -> Renderer:
         """Another renderer of the scene, which belongs to the caller and draws whatever scene was last given to it."""
         assert self._gpu_scene is not None, "load a scene first"
-        made = Renderer(self.ctx, self._gpu_scene, size, timing_source=self.timing_source or None)
+        source = self.timing_source or None
+        made = Renderer(self.ctx, self._gpu_scene, size, timing_source=source, share_memory=True)
         made.progress_callback = self.progress
         return made
 
