@@ -61,7 +61,7 @@ class Targets:
     # -- a frame -------------------------------------------------------------------------------------------------------
 
     def reserve(self, slots: Sequence[Slot], blocks: Collection[str]) -> None:
-        """Raise UserError if a frame does not fit into memory, before any of it is made. What waits unused gives way."""
+        """Raise UserError if a frame does not fit into memory, before any is made. What waits unused gives way."""
         try:
             check_frame(self._ctx, self._missing(slots, blocks), self.size)
         except UserError:
