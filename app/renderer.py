@@ -180,6 +180,7 @@ class Renderer:
         self._targets.release()
         self._programs.release()
         self.health.release()
+        self.profiler.release()
         self._frame_buffer.release()
 
     # -- one frame -----------------------------------------------------------------------------------------------------

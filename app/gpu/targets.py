@@ -85,7 +85,7 @@ class Targets:
                 self._depth = self._ctx.depth_texture(self.size)
                 check_made(self._ctx, self.size, f"the {DEPTH_TEST}")
             self._framebuffers[names] = self._ctx.framebuffer([self.texture(n) for n in names], self._depth)
-            if "depth" in names:
+            if "depth" in names and ("depth",) not in self._framebuffers:
                 self._framebuffers["depth",] = self._ctx.framebuffer([self.texture("depth")])
         self._framebuffers[names].clear()
         if "depth" in names:
