@@ -12,7 +12,6 @@ from pathlib import Path
 
 import moderngl
 
-from app.camera import Camera
 from app.controls import Pilot
 from app.errors import UserError
 from app.frame.pipeline import VIEWS
