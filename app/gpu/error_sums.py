@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from .programs import Program, Programs
+from .programs import Program, Programs, give
 from .timing import RING
 
 BLOCK = 16  # px: a side of what one invocation adds up
@@ -81,7 +81,7 @@ class ErrorSums:
         """Display values, bottom row first, of the displayed difference at each pixel; colours from `low` to `high`."""
         heat = self._program("heat")
         self._bind(heat, in_picture=picture, in_truth=self._truth, out_display=self._painted)
-        heat["range"] = (low, high)
+        give(heat, range=(low, high))
         heat.run(*(math.ceil(n / GROUP) for n in self.size))
         self._ctx.memory_barrier()
         return self._painted
@@ -102,10 +102,10 @@ class ErrorSums:
         for unit, (name, texture) in enumerate(textures.items()):
             if name.startswith("out_"):
                 texture.bind_to_image(0, read=False, write=True)
-                program[name] = 0
+                give(program, **{name: 0})
             else:
                 texture.use(unit)
-                program[name] = unit
+                give(program, **{name: unit})
 
     def _drop(self) -> None:
         for resource in self._storage:

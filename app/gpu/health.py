@@ -14,7 +14,7 @@ import numpy as np
 
 from ..frame.records import Call, FramePlan, Target
 from ..frame.targets import TARGETS
-from .programs import Programs
+from .programs import Programs, give
 from .targets import Targets
 from .timing import RING
 
@@ -68,8 +68,7 @@ class Health:
         buffer.write(bytes(8))
         texture.use(0)
         buffer.bind_to_storage_buffer(0)
-        program["in_target"] = 0
-        program["unsigned_components"] = unsigned_components(target)
+        give(program, in_target=0, unsigned_components=unsigned_components(target))
         program.run(*(math.ceil(side / GROUP) for side in texture.size))
         self._ctx.memory_barrier()
         self._ring[self._next] = target.name, buffer

@@ -146,5 +146,11 @@ def check_names(call: Call, compiled: Compiled) -> None:
     compiled.fits[call.step.name] = call
 
 
+def give(program: Program, **values: object) -> None:
+    """Set uniforms by name, outside a plan's passes; one that the compiler dropped takes no value."""
+    for name in values.keys() & set(program):
+        program[name] = values[name]
+
+
 def _without_comments(text: str) -> str:
     return re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.DOTALL)

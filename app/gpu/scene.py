@@ -170,7 +170,8 @@ class GpuScene:
         wanted = [(name, kind if name in program else f"{size}x", name in program) for name, kind, size in ATTRIBUTES]
         layout = " ".join(kind for _, kind, _ in wanted)
         names = [name for name, _, used in wanted if used]
-        return self._ctx.vertex_array(program, [(self._vertices, layout, *names)], self._indices)
+        vertices = [(self._vertices, layout, *names)] if names else []  # a shader that is being edited may want nothing
+        return self._ctx.vertex_array(program, vertices, self._indices)
 
     def _upload(self, **arrays: NDArray[Any]) -> None:
         """Put arrays of records on the GPU, or none of them if one is too large."""

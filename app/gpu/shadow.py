@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..scene.facts import SceneFacts
 from .context import leave_framebuffers
-from .programs import Program, Programs
+from .programs import Program, Programs, give
 
 Vec3 = tuple[float, float, float]
 
@@ -44,6 +44,7 @@ class ShadowMap:
     def __init__(self, ctx: moderngl.Context, scene: Drawable, low: ArrayLike, high: ArrayLike) -> None:
         self._ctx, self._scene, self._low, self._high = ctx, scene, low, high
         self._shown: object = None
+        self._defines = _defines(scene)  # once: those of the ray-tracing tree come later and do not matter here
         self.size = SIZE if scene.facts.sun else 1  # without a sun nothing reads it, but a sampler must have a texture
         self.texture = ctx.depth_texture((self.size, self.size))
         self.texture.compare_func = "<="
@@ -62,7 +63,7 @@ class ShadowMap:
         """Render for light travelling along `direction` (unit), and the scene as it was placed for `time_s`, unless the
         map shows just that. True if it rendered.
         """
-        compiled = programs.get("raster/shadow", self._defines().items())
+        compiled = programs.get("raster/shadow", self._defines.items())
         wanted = direction, time_s, compiled.texts
         if self._shown == wanted:
             return False
@@ -78,7 +79,7 @@ class ShadowMap:
         self.texture.release()
 
     def _render(self, program: Program) -> None:
-        program["sun_view_proj"] = tuple(self.view_proj.T.ravel())
+        give(program, sun_view_proj=tuple(self.view_proj.T.ravel()))
         for unit, (name, texture) in enumerate(self._scene.samplers.items()):
             if name in program:
                 texture.use(unit)
@@ -93,11 +94,12 @@ class ShadowMap:
         self._scene.draw(program)
         leave_framebuffers(self._ctx)
 
-    def _defines(self) -> dict[str, int]:
-        facts = self._scene.facts
-        holes = {"ALPHA_MASKED": int(facts.alpha_masked), "TEXTURED": int(facts.textured and facts.alpha_masked)}
-        unused = {"LIT": 0, "NORMAL_MAPPED": 0, "EMISSIVE": 0}
-        return {**self._scene.defines, **holes, **unused, "OBJECTS": int(facts.objects)}
+
+def _defines(scene: Drawable) -> dict[str, int]:
+    facts = scene.facts
+    holes = {"ALPHA_MASKED": int(facts.alpha_masked), "TEXTURED": int(facts.textured and facts.alpha_masked)}
+    unused = {"LIT": 0, "NORMAL_MAPPED": 0, "EMISSIVE": 0}
+    return {**scene.defines, **holes, **unused, "OBJECTS": int(facts.objects)}
 
 
 def sun_view_projection(direction: Vec3, low: ArrayLike, high: ArrayLike, size: int) -> NDArray[np.float64]:
