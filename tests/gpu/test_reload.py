@@ -110,6 +110,7 @@ def test_the_last_good_program_goes_on_until_the_file_is_repaired(
     ctx: moderngl.Context, stage: Stage, folder: Path, fault: str
 ) -> None:
     name, harm, told = FAULTS[fault]
+    assert stage.reload_shaders() == ""
     before = picture(stage)
     objects = live_objects(ctx)
     whole = (folder / name).read_bytes()
@@ -137,6 +138,7 @@ def test_reloading_reaches_what_stands_outside_the_frames_plan(
 ) -> None:
     """The shadow map, the count of bad texels, the map of the error."""
     look = Look(view="lit")
+    stage.reload_shaders()
     lit = picture(stage, look)
     side = stage.sides[0]
     side.renderer.health.watched = "all"
