@@ -40,16 +40,18 @@ class Renderer:
         seed: int = 0,
         timing_source: str | None = None,
         share_memory: bool = False,
+        programs: Programs | None = None,
     ) -> None:
         """With `share_memory` targets that a frame needs one after the other are one texture: `read` then knows what
         the plan leaves (`pipeline.read_after`, histories and running means), and raises for what it overwrote.
+        `programs` may be shared with others, and stay their owner's; None: the renderer has its own.
         """
         self._ctx, self.scene, self.seed = ctx, scene, seed
         self._targets = Targets(ctx, size)
-        self._programs = Programs(ctx)
+        self._programs, self._shared = Programs(ctx) if programs is None else programs, programs is not None
         self._frame_buffer = ctx.buffer(reserve=FRAME.itemsize)
         self.profiler = Profiler(ctx, timing_source)
-        self.health = Health(ctx)
+        self.health = Health(ctx, self._programs)
         self.plan: FramePlan | None = None
         self._plan_key: object = None
         self._share = share_memory
@@ -91,7 +93,7 @@ class Renderer:
         inputs = self._inputs(view, now, previous, settings, plan, time_budget_ms)
         self.scene.place(now.time_s, previous.time_s)
         if any(dict(call.defines).get("SHADOWS") for call in plan.calls):
-            self.scene.update_shadow()
+            self.scene.update_shadow(self._programs)
         self._frame_buffer.write(frame_block(inputs).tobytes())
         self.health.begin_frame(plan)
         self._targets.begin(self._slots, frame_blocks(plan))
@@ -178,15 +180,17 @@ class Renderer:
         return {**self._targets.bytes, **{f"scene: {name}": count for name, count in self.scene.bytes.items()}}
 
     def reload_shaders(self) -> str | None:
-        """Re-read the shader files; returns an error's text, in which case the last good program goes on."""
+        """Re-read the shader files; returns an error's text, in which case the last good programs go on."""
         error = self._programs.reload()
         self.reset()
         return error
 
     def release(self) -> None:
         self._targets.release()
-        self._programs.release()
         self.health.release()
+        if not self._shared:
+            self._programs.release()
+        self.profiler.release()
         self._frame_buffer.release()
 
     # -- one frame -----------------------------------------------------------------------------------------------------

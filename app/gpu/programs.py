@@ -1,11 +1,13 @@
-"""Compiled shaders, one per (file, defines), checked against what their pass declares, and reloaded without losing the
-last good one.
+"""Compiled shaders, one per (file, defines), checked against what their pass declares, and reloaded all together or not
+at all.
+
+Whatever can be compiled in another way can be in many: the least recently used permutations go when there are too many.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,8 @@ Program = (
 )
 Key = tuple[str, tuple[tuple[str, int], ...], tuple[str, ...]]
 
+LIMIT = 256  # programs that are kept: some six frames' worth of permutations, a few MB on a software rasteriser
+
 _TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")
 _PREFIXES = ("in_", "prev_", "out_")
 
@@ -33,16 +37,17 @@ class Compiled:
     mentioned: frozenset[str]
     active: frozenset[str]
     texts: tuple[str, ...]
-    checked: bool = field(default=False)
+    fits: dict[str, Call] = field(default_factory=dict)  # the passes, by name, whose names were found to match
 
 
 class Programs:
-    """Compiles on first use. `reload` re-reads the files and swaps only what compiles."""
+    """Compiles on first use. Renderers on one context may share one."""
 
-    def __init__(self, ctx: moderngl.Context, root: Path | None = None) -> None:
-        self._ctx, self._root = ctx, root
+    def __init__(self, ctx: moderngl.Context, root: Path | None = None, limit: int = LIMIT) -> None:
+        """`limit` must be more than one frame of every renderer that shares it needs."""
+        self._ctx, self._root, self._limit = ctx, root, limit
         self._files = load_glsl(root)
-        self._compiled: dict[Key, Compiled] = {}
+        self._compiled: dict[Key, Compiled] = {}  # the least recently used first
 
     def __len__(self) -> int:
         return len(self._compiled)
@@ -52,42 +57,41 @@ class Programs:
         `outputs` in order.
         """
         key = (shader, tuple(sorted(defines)), outputs)
-        if key not in self._compiled:
-            self._compiled[key] = self._build(key)
-        return self._compiled[key]
+        found = self._compiled.pop(key, None) or self._build(key, self._files)
+        self._compiled[key] = found
+        while len(self._compiled) > self._limit:
+            self._compiled.pop(next(iter(self._compiled))).program.release()
+        return found
 
     def reload(self) -> str | None:
-        """Re-read all files; returns the first error, in which case that program stays as it was."""
-        error = None
+        """Re-read all files and swap what changed. Returns what is wrong with them, in which case nothing changes: the
+        last good programs go on, and whatever is compiled next is of their text.
+        """
+        made: dict[Key, Compiled] = {}
         try:
-            self._files = load_glsl(self._root)
-        except OSError as problem:
+            files = load_glsl(self._root)
+            for key, old in self._compiled.items():
+                if tuple(source.text for source in _sources(key, files)) != old.texts:
+                    made[key] = self._build(key, files)
+                    for call in old.fits.values():
+                        check_names(call, made[key])
+        except (ShaderError, OSError) as problem:
+            for compiled in made.values():
+                compiled.program.release()
             return str(problem)
-        for key, old in list(self._compiled.items()):
-            try:
-                if self._texts(key) == old.texts:
-                    continue
-                self._compiled[key] = self._build(key)
-                old.program.release()
-            except ShaderError as problem:
-                error = error or str(problem)
-        return error
+        for key, compiled in made.items():
+            self._compiled[key].program.release()
+            self._compiled[key] = compiled
+        self._files = files
+        return None
 
     def release(self) -> None:
         for compiled in self._compiled.values():
             compiled.program.release()
         self._compiled.clear()
 
-    def _sources(self, key: Key) -> list[Source]:
-        shader, defines, _ = key
-        stages = (shader,) if shader.endswith(".comp") else (f"{shader}.vert", f"{shader}.frag")
-        return [assemble(stage, self._files, dict(defines)) for stage in stages]
-
-    def _texts(self, key: Key) -> tuple[str, ...]:
-        return tuple(source.text for source in self._sources(key))
-
-    def _build(self, key: Key) -> Compiled:
-        sources = self._sources(key)
+    def _build(self, key: Key, files: Mapping[str, str]) -> Compiled:
+        sources = _sources(key, files)
         try:
             program = self._link(sources, key[2])
         except moderngl.Error as error:
@@ -96,6 +100,7 @@ class Programs:
         text = "".join(source.text for source in sources)
         active = frozenset(program)
         if "FrameBlock" in active and (size := program["FrameBlock"].size) != FRAME.itemsize:
+            program.release()
             raise ShaderError(
                 f"{key[0]}: its FrameBlock has {size} bytes, not {FRAME.itemsize}; regenerate glsl/shared/structs.glsl"
             )
@@ -112,11 +117,17 @@ class Programs:
         )
 
 
+def _sources(key: Key, files: Mapping[str, str]) -> list[Source]:
+    shader, defines, _ = key
+    stages = (shader,) if shader.endswith(".comp") else (f"{shader}.vert", f"{shader}.frag")
+    return [assemble(stage, files, dict(defines)) for stage in stages]
+
+
 def check_names(call: Call, compiled: Compiled) -> None:
     """Raise ShaderError if the pass and its shader name different targets: a typo on either side, with the pass's
     name.
     """
-    if compiled.checked:
+    if compiled.fits.get(call.step.name) == call:
         return
     declared = (
         {f"in_{name}" for name, _ in call.reads}
@@ -132,7 +143,13 @@ def check_names(call: Call, compiled: Compiled) -> None:
         )
     if unused := declared - compiled.mentioned:
         raise ShaderError(f"pass {call.step.name} declares {sorted(unused)}, which {call.step.shader} never mentions")
-    compiled.checked = True
+    compiled.fits[call.step.name] = call
+
+
+def give(program: Program, **values: object) -> None:
+    """Set uniforms by name, outside a plan's passes; one that the compiler dropped takes no value."""
+    for name in values.keys() & set(program):
+        program[name] = values[name]
 
 
 def _without_comments(text: str) -> str:

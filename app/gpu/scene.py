@@ -18,6 +18,7 @@ from ..scene.flatten import bounds
 from ..scene.model import Environment, Light, Scene, Triangles
 from .arrays import draw_order, material_words, oriented, pack_lights, pack_materials, pack_vertices
 from .objects import GpuObjects
+from .programs import Programs
 from .records import IN_TEXTURES, Records, RecordTexture, check_fits, in_textures, make_records
 from .shadow import ShadowMap
 from .textures import SceneTextures
@@ -134,10 +135,10 @@ class GpuScene:
         if self.objects and self.objects.place(time_s, previous_s) and "BvhNodes" in self._records:
             self._records["BvhNodes"].write(self.objects.top_nodes().tobytes())
 
-    def update_shadow(self) -> bool:
-        """Render the shadow map if the sun or the geometry changed since; True if it was rendered."""
+    def update_shadow(self, programs: Programs) -> bool:
+        """Render the shadow map if the sun, the geometry or its shader changed since; True if it was rendered."""
         time_s = self.objects.time_s if self.objects else 0.0
-        return self.sun is not None and self.shadow.update(self.sun.direction, time_s)
+        return self.sun is not None and self.shadow.update(programs, self.sun.direction, time_s)
 
     def draw(self, program: moderngl.Program) -> None:
         """Draw every triangle with one call; the program names the vertex attributes it wants."""
@@ -145,10 +146,14 @@ class GpuScene:
             return
         array = self._vertex_arrays.get(program.glo)
         if array is None or array.program is not program:  # drivers give a released program's number to the next one
-            if array is not None:
-                array.release()
+            self._drop_arrays_of_released_programs()
             array = self._vertex_arrays[program.glo] = self._vertex_array(program)
         array.render()
+
+    def _drop_arrays_of_released_programs(self) -> None:
+        for number, array in list(self._vertex_arrays.items()):
+            if isinstance(array.program.mglo, moderngl.mgl.InvalidObject):  # type: ignore[attr-defined]  # released
+                self._vertex_arrays.pop(number).release()
 
     def release(self) -> None:
         """Free everything this scene holds on the GPU."""
@@ -165,7 +170,8 @@ class GpuScene:
         wanted = [(name, kind if name in program else f"{size}x", name in program) for name, kind, size in ATTRIBUTES]
         layout = " ".join(kind for _, kind, _ in wanted)
         names = [name for name, _, used in wanted if used]
-        return self._ctx.vertex_array(program, [(self._vertices, layout, *names)], self._indices)
+        vertices = [(self._vertices, layout, *names)] if names else []  # a shader that is being edited may want nothing
+        return self._ctx.vertex_array(program, vertices, self._indices)
 
     def _upload(self, **arrays: NDArray[Any]) -> None:
         """Put arrays of records on the GPU, or none of them if one is too large."""

@@ -41,9 +41,25 @@ class Source:
 
 
 def load_glsl(root: Path | None = None) -> dict[str, str]:
-    """All shader files under `root` (default: the ones shipped), keyed by path relative to it."""
+    """All shader files under `root` (default: the ones shipped), keyed by path relative to it.
+
+    Raises OSError, and ShaderError for one that holds no text, naming file and line.
+    """
     root = root or data_dir("glsl")
-    return {p.relative_to(root).as_posix(): p.read_text() for p in sorted(root.rglob("*")) if p.suffix in SUFFIXES}
+    return {p.relative_to(root).as_posix(): _text(p, root) for p in sorted(root.rglob("*")) if p.suffix in SUFFIXES}
+
+
+def _text(path: Path, root: Path) -> str:
+    data = path.read_bytes()
+    try:
+        text = data.decode("utf-8")
+        fault = data.find(b"\0")  # where a driver would stop reading
+    except UnicodeDecodeError as error:
+        fault = error.start
+    if fault >= 0:
+        line = 1 + data.count(b"\n", 0, fault)
+        raise ShaderError(f"{path.relative_to(root).as_posix()}:{line}: this is no text; save the file as UTF-8")
+    return text.replace("\r\n", "\n")
 
 
 def assemble(entry: str, files: Mapping[str, str], defines: Mapping[str, object] | None = None) -> Source:

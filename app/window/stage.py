@@ -14,6 +14,7 @@ from ..errors import UserError
 from ..files import user_path
 from ..frame.pipeline import CONVERGING
 from ..frame.targets import TARGETS
+from ..gpu.programs import Programs
 from ..gpu.scene import GpuScene
 from ..optics import SKY_DEPTH
 from ..panel.model import Cost, Look
@@ -79,6 +80,9 @@ class Stage:
     edition: int = 0  # grows with each scene and with each reading of the shaders
     _gpu_scene: GpuScene | None = None
 
+    def __post_init__(self) -> None:
+        self.programs = Programs(self.ctx)  # of all that draws here: compiled once, reloaded at once
+
     def load(self, name: str) -> None:
         """Replace the scene. Raises UserError, in which case the old one stays."""
         scene, gpu_scene = load_gpu_scene(self.ctx, name, self.progress)
@@ -100,8 +104,14 @@ class Stage:
     def renderer(self, size: Size) -> Renderer:
         """Another renderer of the scene, which belongs to the caller and draws whatever scene was last given to it."""
         assert self._gpu_scene is not None, "load a scene first"
-        source = self.timing_source or None
-        made = Renderer(self.ctx, self._gpu_scene, size, timing_source=source, share_memory=True)
+        made = Renderer(
+            self.ctx,
+            self._gpu_scene,
+            size,
+            timing_source=self.timing_source or None,
+            share_memory=True,
+            programs=self.programs,
+        )
         made.progress_callback = self.progress
         return made
 
@@ -175,12 +185,13 @@ class Stage:
         return None
 
     def reload_shaders(self) -> str:
-        """Re-read the shader files; the first error's text, or nothing."""
-        errors = [side.renderer.reload_shaders() for side in self.sides]
+        """Re-read the shader files; an error's text, in which case the last good programs go on, or nothing."""
+        error = self.programs.reload()
         self.edition += 1
         for side in self.sides:
+            side.renderer.reset()
             side.drawn = None
-        return next((error for error in errors if error), "")
+        return error or ""
 
     def costs(self) -> tuple[Cost, ...]:
         return tuple(side.cost() for side in self.sides if side.view)
@@ -207,6 +218,7 @@ class Stage:
         if self._gpu_scene:
             self._gpu_scene.release()
             self._gpu_scene = None
+        self.programs.release()
 
     def _provide(self, count: int, size: Size) -> None:
         while len(self.sides) > count:

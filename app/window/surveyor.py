@@ -150,7 +150,7 @@ class Surveyor:
             self._edition = stage.edition
         if self._edition != stage.edition:
             self._edition, self._renderer.scene = stage.edition, stage.gpu_scene  # type: ignore[assignment]
-            self._renderer.reload_shaders()
+            self._renderer.reset()
         picture = stage.gpu_scene, stage.edition, state.camera, state.time_s, look.view, look.settings
         subject = Subject(*picture, small, look.survey.dear, look.survey.flip)
         self._survey.aim(subject)

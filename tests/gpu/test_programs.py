@@ -17,7 +17,7 @@ from app.errors import UserError
 from app.frame.pipeline import VIEWS, frame_plan
 from app.frame.records import Call, Pass
 from app.frame.targets import TARGETS
-from app.gpu.programs import Programs, check_names
+from app.gpu.programs import Programs, _sources, check_names
 from app.gpu.scene import GpuScene
 from app.gpu.shaders import ShaderError
 from app.renderer import Renderer
@@ -26,6 +26,7 @@ from app.scene.flatten import flatten
 from app.scene.model import Light, Material, TextureSlot
 from app.settings import Settings, from_dict, put, walk
 
+from .guarantees import check_granted
 from .small_scenes import checker, moving, quad, scene_of
 
 NOTHING = Facts(near_coc_px=30.0, far_coc_px=30.0)
@@ -38,6 +39,12 @@ SIZE = (49, 35)  # odd, so that half resolution and the last work group are inco
 
 @pytest.fixture(scope="module")
 def scene(ctx: moderngl.Context) -> Iterator[GpuScene]:
+    made = rich_scene(ctx)
+    yield made
+    made.release()
+
+
+def rich_scene(ctx: moderngl.Context, textures: bool | None = None) -> GpuScene:
     """A quad in front of focus and one behind, with every feature that a material and a light can have."""
     slot = TextureSlot(0)
     rich = Material(
@@ -53,10 +60,11 @@ def scene(ctx: moderngl.Context) -> Iterator[GpuScene]:
     made = scene_of(quads, [rich, Material()], [checker(8, 40, 220, alpha=True)], lights)
     made = moving(made, 2, slide=[(0, 0, 0), (-1, 0, 0)])
     triangles = flatten(made)
-    gpu_scene = GpuScene(ctx, made, triangles, lambda progress=None: scene_tree(triangles, build_bvh, progress))
+    gpu_scene = GpuScene(
+        ctx, made, triangles, lambda progress=None: scene_tree(triangles, build_bvh, progress), textures
+    )
     gpu_scene.ensure_bvh()
-    yield gpu_scene
-    gpu_scene.release()
+    return gpu_scene
 
 
 def permutations() -> Iterator[tuple[Settings, Facts]]:
@@ -103,9 +111,20 @@ def test_every_permutation_compiles_and_its_names_match_both_ways(
     for call in (c for c in CALLS.values() if c.step.name == name):
         defines = (*call.defines, *scene.defines.items()) if call.step.scene else call.defines
         compiled = programs.get(call.step.shader, defines, call.writes if call.step.kind == "raster" else ())
-        compiled.checked = False  # permutations with equal text share a program, but not the names they declare
         check_names(call, compiled)
+        check_granted(call, compiled)
     programs.release()
+
+
+def test_no_pass_takes_more_than_every_driver_grants(ctx: moderngl.Context) -> None:
+    """With the records in storage blocks, as GPUs have them; the test above has them where this device wants them."""
+    scene, programs = rich_scene(ctx, textures=False), Programs(ctx)
+    for call in {c.step.name: c for view in VIEWABLE for c in frame_plan(view, Settings(), EVERYTHING).calls}.values():
+        defines = (*call.defines, *scene.defines.items()) if call.step.scene else call.defines
+        outputs = call.writes if call.step.kind == "raster" else ()
+        check_granted(call, programs.get(call.step.shader, defines, outputs))
+    programs.release()
+    scene.release()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -118,7 +137,7 @@ def test_no_shader_branches_on_a_name_that_its_pass_never_defines(
     for call in (c for c in CALLS.values() if c.step.name == name):
         defines = dict((*call.defines, *scene.defines.items()) if call.step.scene else call.defines)
         programs = Programs(ctx)
-        sources = programs._sources((call.step.shader, tuple(defines.items()), ()))
+        sources = _sources((call.step.shader, tuple(defines.items()), ()), programs._files)
         programs.release()
         for source in sources:
             code = re.sub(r"//[^\n]*", "", source.text)

@@ -24,6 +24,8 @@ from app.optics import SKY_DEPTH
 from app.scene.facts import Facts
 from app.settings import Settings
 
+from .live_objects import live_objects
+
 SIZES = [(1, 1), (3, 2), (17, 33), (160, 90), (161, 91)]
 BYTES = {"f1": 1, "f2": 2, "f4": 4}
 
@@ -297,3 +299,13 @@ def test_a_texture_that_the_driver_cannot_make_is_a_sentence(ctx: moderngl.Conte
         targets.texture("traced")
     assert targets.bytes == {}
     targets.release()
+
+
+def test_framebuffers_that_share_a_depth_target_leave_nothing_behind(ctx: moderngl.Context) -> None:
+    """Which targets a raster pass writes hangs on the scene: another set of them is another framebuffer."""
+    before = live_objects(ctx)
+    targets = Targets(ctx, (16, 9))
+    for names in (("base_color", "depth"), ("base_color", "normal", "depth"), ("base_color", "depth")):
+        targets.framebuffer(names)
+    targets.release()
+    assert live_objects(ctx) == before

@@ -64,7 +64,7 @@ class Rig:
 
     def _renderer(self, size: tuple[int, int]) -> Any:
         self.renderers += 1
-        return SimpleNamespace(release=lambda: None, memory={"scene: x": 1, "depth": 7}, reload_shaders=lambda: None)
+        return SimpleNamespace(release=lambda: None, memory={"scene: x": 1, "depth": 7}, reset=lambda: None)
 
     def turn(self, converging: bool = False) -> bool:
         self.now += 0.01
