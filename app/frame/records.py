@@ -59,6 +59,7 @@ class Need:
 
 
 Defines = tuple[tuple[str, int], ...]
+Permutation = tuple[str, Defines, tuple[str, ...]]  # shader, defines, fragment outputs in order
 
 
 def always(settings: Settings, facts: Facts) -> Need:
@@ -112,6 +113,11 @@ class Call:
     writes: tuple[str, ...]
     defines: Defines
     reason: str
+
+    @property
+    def program(self) -> Permutation:
+        """What it compiles, but for what the scene on the GPU adds (app/gpu/scene.py: defines)."""
+        return self.step.shader, self.defines, self.writes if self.step.kind == "raster" else ()
 
 
 @dataclass(frozen=True)

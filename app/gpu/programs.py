@@ -1,5 +1,5 @@
-"""Compiled shaders, one per (file, defines), checked against what their pass declares, and reloaded without losing the
-last good one.
+"""Compiled shaders, one per (file, defines that it mentions), checked against what their pass declares, and reloaded
+without losing the last good one. So many are kept; the least recently used go first.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import moderngl
 
 from ..frame.records import Call
 from .layout import FRAME
-from .shaders import ShaderError, Source, assemble, explain, load_glsl
+from .shaders import Key, ShaderError, Source, assemble, canonical, explain, load_glsl, stages_of
 
 Program = (
     Any  # moderngl.Program or ComputeShader: both give their members by name, whose stubs are a union of all kinds
 )
-Key = tuple[str, tuple[tuple[str, int], ...], tuple[str, ...]]
 
+MOST_PROGRAMS = 384  # kept at once: four times what the richest built-in scene can ask for within one step
 _TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")
 _PREFIXES = ("in_", "prev_", "out_")
 
@@ -34,59 +34,110 @@ class Compiled:
     active: frozenset[str]
     texts: tuple[str, ...]
     checked: bool = field(default=False)
+    ran: bool = field(default=False)  # drivers put off the larger part of compiling until a program first runs
 
 
 class Programs:
-    """Compiles on first use. `reload` re-reads the files and swaps only what compiles."""
+    """Compiles on first use and keeps `most`. `reload` re-reads the files and swaps only what compiles.
 
-    def __init__(self, ctx: moderngl.Context, root: Path | None = None) -> None:
-        self._ctx, self._root = ctx, root
+    Renderers of one context may share it: every use of a program binds all that it reads and writes.
+    """
+
+    def __init__(self, ctx: moderngl.Context, root: Path | None = None, most: int = MOST_PROGRAMS) -> None:
+        self._ctx, self._root, self._most = ctx, root, most
         self._files = load_glsl(root)
-        self._compiled: dict[Key, Compiled] = {}
+        self._compiled: dict[Key, Compiled] = {}  # the least recently used first
+        self._asked: dict[Key, Key] = {}  # with all the defines it was asked for by -> with those that it mentions
+        self.edition = 0  # grows when the files are read again
+        self.builds = 0  # compiled so far
+        self.first_runs = 0  # of programs, so far
 
     def __len__(self) -> int:
         return len(self._compiled)
+
+    @property
+    def keys(self) -> frozenset[Key]:
+        """Of all that are compiled now."""
+        return frozenset(self._compiled)
+
+    def key(self, shader: str, defines: Iterable[tuple[str, int]], outputs: tuple[str, ...] = ()) -> Key:
+        """What tells this program from others."""
+        asked = (shader, tuple(sorted(defines)), outputs)
+        if asked not in self._asked:
+            self._asked[asked] = canonical(asked, self._files)
+        return self._asked[asked]
 
     def get(self, shader: str, defines: Iterable[tuple[str, int]], outputs: tuple[str, ...] = ()) -> Compiled:
         """The program for a compute file, or for the `.vert`/`.frag` pair of a stem whose fragment outputs are
         `outputs` in order.
         """
-        key = (shader, tuple(sorted(defines)), outputs)
-        if key not in self._compiled:
-            self._compiled[key] = self._build(key)
-        return self._compiled[key]
+        key = self.key(shader, defines, outputs)
+        compiled = self._compiled.pop(key, None) or self._build(key)
+        self._compiled[key] = compiled
+        while len(self._compiled) > self._most:
+            self._drop(next(iter(self._compiled)))
+        return compiled
+
+    def has_run(self, key: Key) -> bool:
+        """Whether a program is ready to run without compiling anything. Asking counts as a use."""
+        compiled = self._compiled.pop(key, None)
+        if compiled is None:
+            return False
+        self._compiled[key] = compiled
+        return compiled.ran
+
+    def runs(self, compiled: Compiled) -> None:
+        """Note that a program is about to run."""
+        if not compiled.ran:
+            compiled.ran = True
+            self.first_runs += 1
 
     def reload(self) -> str | None:
         """Re-read all files; returns the first error, in which case that program stays as it was."""
-        error = None
         try:
             self._files = load_glsl(self._root)
         except OSError as problem:
             return str(problem)
-        for key, old in list(self._compiled.items()):
-            try:
-                if self._texts(key) == old.texts:
-                    continue
-                self._compiled[key] = self._build(key)
-                old.program.release()
-            except ShaderError as problem:
-                error = error or str(problem)
-        return error
+        self.edition += 1
+        errors: list[str] = []
+        before, self._compiled = self._compiled, {}
+        asked, self._asked = self._asked, {}
+        for wish, old_key in asked.items():
+            if old_key in before and (key := self.key(*wish)) not in self._compiled:
+                self._compiled[key] = self._rebuilt(key, before[old_key], errors)
+        kept = {id(compiled) for compiled in self._compiled.values()}
+        for compiled in before.values():
+            if id(compiled) not in kept:
+                compiled.program.release()
+        return errors[0] if errors else None
 
     def release(self) -> None:
         for compiled in self._compiled.values():
             compiled.program.release()
         self._compiled.clear()
+        self._asked.clear()
+
+    def _drop(self, key: Key) -> None:
+        self._compiled.pop(key).program.release()
+        self._asked = {asked: found for asked, found in self._asked.items() if found != key}
+
+    def _rebuilt(self, key: Key, old: Compiled, errors: list[str]) -> Compiled:
+        """The program of the files as they are now; the old one if its text is the same or the new one's is wrong."""
+        try:
+            return old if self._texts(key) == old.texts else self._build(key)
+        except ShaderError as problem:
+            errors.append(str(problem))
+            return old
 
     def _sources(self, key: Key) -> list[Source]:
         shader, defines, _ = key
-        stages = (shader,) if shader.endswith(".comp") else (f"{shader}.vert", f"{shader}.frag")
-        return [assemble(stage, self._files, dict(defines)) for stage in stages]
+        return [assemble(stage, self._files, dict(defines)) for stage in stages_of(shader)]
 
     def _texts(self, key: Key) -> tuple[str, ...]:
         return tuple(source.text for source in self._sources(key))
 
     def _build(self, key: Key) -> Compiled:
+        self.builds += 1
         sources = self._sources(key)
         try:
             program = self._link(sources, key[2])

@@ -236,10 +236,49 @@ def test_reloading_swaps_what_changed_and_keeps_the_last_good_program(ctx: moder
     assert len(programs) == 0
 
 
+MENTIONS = "#if A > 1 && defined(B)\n#endif\n"
+
+
 def test_permutations_are_compiled_once(ctx: moderngl.Context, tmp_path: Path) -> None:
-    programs, first = compiled(ctx, tmp_path, GOOD)
+    programs, first = compiled(ctx, tmp_path, GOOD + MENTIONS)
     assert programs.get("x.comp", ()) is first
     one = programs.get("x.comp", (("A", 1), ("B", 2)))
     assert programs.get("x.comp", (("B", 2), ("A", 1))) is one
-    assert len(programs) == 2
+    assert len(programs) == programs.builds == 2
+    programs.release()
+
+
+def test_a_define_that_no_file_mentions_makes_no_program(ctx: moderngl.Context, tmp_path: Path) -> None:
+    (tmp_path / "part.glsl").write_text("#if B\n#endif\n")
+    programs, first = compiled(ctx, tmp_path, '#include "part.glsl"\n' + GOOD)
+    assert programs.get("x.comp", (("A", 1),)) is first
+    assert programs.get("x.comp", (("A", 1), ("B", 1))) is not first, "an included file mentions it"
+    assert programs.builds == 2
+    programs.release()
+
+
+def test_permutations_of_a_file_that_went_away_stay_apart(ctx: moderngl.Context, tmp_path: Path) -> None:
+    programs, first = compiled(ctx, tmp_path, GOOD + MENTIONS)
+    one = programs.get("x.comp", (("A", 1),))
+    (tmp_path / "x.comp").unlink()
+    assert programs.reload()
+    assert programs.get("x.comp", (("A", 1),)) is one
+    assert programs.get("x.comp", ()) is first
+    programs.release()
+
+
+def test_the_least_recently_used_program_gives_way_and_is_released(ctx: moderngl.Context, tmp_path: Path) -> None:
+    (tmp_path / "x.comp").write_text(GOOD + MENTIONS)
+    programs = Programs(ctx, tmp_path, most=3)
+    made = [programs.get("x.comp", (("A", k),)) for k in range(3)]
+    programs.get("x.comp", (("A", 0),))
+    assert not programs.has_run(programs.key("x.comp", (("A", 1),))), "asking counts as a use"
+    programs.get("x.comp", (("A", 3),))
+    assert len(programs) == 3
+    assert [isinstance(m.program.mglo, moderngl.InvalidObject) for m in made] == [False, False, True]
+    assert programs.get("x.comp", (("A", 0),)) is made[0]
+    for k in range(20):
+        programs.get("x.comp", (("A", k),))
+        assert len(programs) <= 3
+    assert len(programs._asked) <= 3, "nor do the names add up"
     programs.release()
