@@ -59,8 +59,8 @@ def beside(leaf: Field[Any], value: Any) -> tuple[Any, ...]:
     if isinstance(value, Enum):
         return tuple(member for member in type(value) if member is not value)
     if isinstance(value, int):
-        near = {value - 1, value + 1, FEWEST_BLADES if leaf.name == "blades" else leaf.default}
-        return tuple(n for n in sorted(near - {value}) if about["low"] <= n <= about["high"])
+        near = (value - 1, value + 1, FEWEST_BLADES if leaf.name == "blades" else value)
+        return tuple(n for n in near if n != value and about["low"] <= n <= about["high"])
     if isinstance(value, float):
         return tuple(end for end in (about["low"], about["high"]) if end != value)
     return ()  # a colour: a uniform, whatever it is

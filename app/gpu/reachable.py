@@ -23,6 +23,4 @@ def reachable(view: str, settings: Settings, facts: Facts, files: Mapping[str, s
 
 
 def _keys(calls: Mapping[Key, Call], files: Mapping[str, str]) -> frozenset[Key]:
-    return frozenset(
-        canonical((shader, tuple(sorted(defines)), outputs), files) for shader, defines, outputs in calls
-    )
+    return frozenset(canonical((shader, tuple(sorted(defines)), outputs), files) for shader, defines, outputs in calls)
