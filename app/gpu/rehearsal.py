@@ -33,6 +33,7 @@ class Rehearsal:
         self._ctx, self.a_turn = ctx, a_turn
         self.programs = Programs(ctx)
         self._left = a_turn or 0
+        self.part = 1.0  # of the programs last asked for, how many were ready
         self._targets: Targets | None = None
         self._frame_buffer = ctx.buffer(reserve=FRAME.itemsize)
 
@@ -61,6 +62,7 @@ class Rehearsal:
         `inputs` are the frame's. What traces rays has to wait for the scene's tree, which it does not ask for. Raises
         ShaderError.
         """
+        calls = tuple(calls)
         missing = self.missing(calls, scene)
         while missing and not self.spent:
             possible = [call for call in missing if scene.has_tree or not call.step.rays]
@@ -69,6 +71,7 @@ class Rehearsal:
             self._left -= 1
             self._try(possible[0], scene, inputs)
             missing.remove(possible[0])
+        self.part = 1.0 - len(missing) / max(len(calls), 1)
         if not missing and _shadowed(calls) and scene.sun and not scene.shadow.renders:
             if self.spent:
                 return False

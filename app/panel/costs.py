@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
+from ..scene.validate import count
 from . import style
-from .model import Cost, Shown
+from .model import Cost, ProgramsShown, Shown
 
 
 def draw_costs(shown: Shown) -> None:
@@ -23,12 +24,24 @@ def draw_costs(shown: Shown) -> None:
                 _row(name, ms, total)
             imgui.end_table()
     muted(f"whole frame with window: {shown.frame_ms:.1f} ms (wall clock)")
+    if shown.programs:
+        muted(programs_line(shown.programs))
     total_bytes = sum(shown.memory.values())
     imgui.text_unformatted(f"GPU memory: {total_bytes / 2**20:.0f} MiB")
     if imgui.begin_item_tooltip():
         for name, size in sorted(shown.memory.items(), key=lambda item: -item[1])[:24]:
             imgui.text_unformatted(f"{size / 2**20:8.2f} MiB  {name}")
         imgui.end_tooltip()
+
+
+def programs_line(programs: ProgramsShown) -> str:
+    """How many shader programs there are, and how many the next step can ask for."""
+    begun = "" if programs.complete else " so far"
+    rays = f", {programs.for_rays} more once rays are asked for" if programs.for_rays else ""
+    return (
+        f"{count(programs.kept, 'shader program')} of at most {programs.most}; "
+        f"ready for the next step{begun}: {programs.ready}{rays}"
+    )
 
 
 def draw_passes(cost: Cost) -> None:
