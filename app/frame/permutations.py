@@ -23,14 +23,10 @@ from .pipeline import VIEWS, frame_plan
 from .records import Call
 from .targets import TARGETS
 
-_BLURRED_PX = 2.0 * max(IN_FOCUS_COC_PX, RAYS_BEGIN_PX)
-_SLIGHT_PX = 0.5 * (IN_FOCUS_COC_PX + RAYS_BEGIN_PX)
-# (near, far) CoC radius in px: all sharp; blur behind focus only; slight blur before it, alone and not; blur on both
-# sides, and before focus only.
-LENSES = (
-    (0.0, 0.0), (0.0, _BLURRED_PX), (_SLIGHT_PX, 0.0), (_SLIGHT_PX, _BLURRED_PX), (_BLURRED_PX, _BLURRED_PX),
-    (_BLURRED_PX, 0.0),
-)  # fmt: skip
+_SLIGHT_PX = 0.5 * (IN_FOCUS_COC_PX + RAYS_BEGIN_PX)  # blurred, but not enough for rays
+_BLURRED_PX = 2.0 * RAYS_BEGIN_PX
+# (near, far) CoC radius in px: one pair of each class.
+LENSES = tuple(product((0.0, _SLIGHT_PX, _BLURRED_PX), (0.0, _BLURRED_PX)))
 FEWEST_BLADES = 3  # of a polygon: the first count that is no circle
 
 
@@ -47,6 +43,14 @@ def within_one_step(view: str, settings: Settings, facts: Facts) -> Iterator[Cal
                 yield from _calls(view, put(settings, path, neighbour), changed)
     for target, changed in product(TARGETS, _moving(facts)):
         yield from _calls(target, settings, changed)
+
+
+def of_its_class(facts: Facts) -> Facts:
+    """Facts that plan the same, and are equal wherever camera and lens are in the same class."""
+    far_px = _BLURRED_PX if facts.far_coc_px > IN_FOCUS_COC_PX else 0.0
+    near_px = _BLURRED_PX if facts.near_coc_px > RAYS_BEGIN_PX else _SLIGHT_PX
+    near_px = near_px if facts.near_coc_px > IN_FOCUS_COC_PX else 0.0
+    return replace(facts, near_coc_px=near_px, far_coc_px=far_px)
 
 
 def beside(leaf: Field[Any], value: Any) -> tuple[Any, ...]:

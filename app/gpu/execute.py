@@ -7,8 +7,9 @@ import math
 import moderngl
 
 from ..frame.records import Call
+from ..frame.targets import TARGETS
 from .bind import bind
-from .programs import Compiled, Programs, check_names
+from .programs import Compiled, Formats, Programs, check_names
 from .scene import GpuScene
 from .shaders import Key
 from .targets import Targets
@@ -22,6 +23,12 @@ def program_key(programs: Programs, call: Call, scene: GpuScene) -> Key:
     return programs.key(shader, (*defines, *scene.defines.items()) if call.step.scene else defines, outputs)
 
 
+def formats(call: Call) -> Formats:
+    """Of the textures that a call reads and writes."""
+    touched = (*(target for _, target in call.reads), *call.step.history, *call.writes)
+    return tuple(f"{t.components}{t.dtype}{t.filter}" for t in (TARGETS[name] for name in touched))
+
+
 def prepared(
     programs: Programs, call: Call, targets: Targets, scene: GpuScene, frame_block: moderngl.Buffer
 ) -> Compiled:
@@ -29,7 +36,7 @@ def prepared(
     compiled = programs.get(*program_key(programs, call, scene))
     check_names(call, compiled)
     bind(call, compiled, targets, scene, frame_block)
-    programs.runs(compiled)
+    programs.runs(compiled, formats(call))
     return compiled
 
 

@@ -20,6 +20,8 @@ Program = (
     Any  # moderngl.Program or ComputeShader: both give their members by name, whose stubs are a union of all kinds
 )
 
+Formats = tuple[str, ...]  # of the textures that a program reads and writes, in order
+
 MOST_PROGRAMS = 384  # kept at once: four times what the richest built-in scene can ask for within one step
 _TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")
 _PREFIXES = ("in_", "prev_", "out_")
@@ -34,7 +36,7 @@ class Compiled:
     active: frozenset[str]
     texts: tuple[str, ...]
     checked: bool = field(default=False)
-    ran: bool = field(default=False)  # drivers put off the larger part of compiling until a program first runs
+    ran: set[Formats] = field(default_factory=set)  # with textures of which formats, as drivers compile for them then
 
 
 class Programs:
@@ -50,7 +52,7 @@ class Programs:
         self._asked: dict[Key, Key] = {}  # with all the defines it was asked for by -> with those that it mentions
         self.edition = 0  # grows when the files are read again
         self.builds = 0  # compiled so far
-        self.first_runs = 0  # of programs, so far
+        self.first_runs = 0  # of programs on textures of new formats, so far
 
     def __len__(self) -> int:
         return len(self._compiled)
@@ -78,18 +80,20 @@ class Programs:
             self._drop(next(iter(self._compiled)))
         return compiled
 
-    def has_run(self, key: Key) -> bool:
-        """Whether a program is ready to run without compiling anything. Asking counts as a use."""
+    def has_run(self, key: Key, formats: Formats) -> bool:
+        """Whether a program is ready to run on textures of these formats without compiling anything. Asking counts as a
+        use.
+        """
         compiled = self._compiled.pop(key, None)
         if compiled is None:
             return False
         self._compiled[key] = compiled
-        return compiled.ran
+        return formats in compiled.ran
 
-    def runs(self, compiled: Compiled) -> None:
-        """Note that a program is about to run."""
-        if not compiled.ran:
-            compiled.ran = True
+    def runs(self, compiled: Compiled, formats: Formats) -> None:
+        """Note that a program is about to run: most drivers put off the larger part of compiling until then."""
+        if formats not in compiled.ran:
+            compiled.ran.add(formats)
             self.first_runs += 1
 
     def reload(self) -> str | None:

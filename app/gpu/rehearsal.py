@@ -13,7 +13,7 @@ import moderngl
 
 from ..frame.records import Call
 from ..frame.targets import TARGETS
-from .execute import prepared, program_key, try_out
+from .execute import formats, prepared, program_key, try_out
 from .frame_block import FrameInputs, frame_block
 from .layout import FRAME
 from .programs import Programs
@@ -53,8 +53,8 @@ class Rehearsal:
 
     def missing(self, calls: Iterable[Call], scene: GpuScene) -> list[Call]:
         """The calls that would have to compile something, in order; each program once."""
-        wanting = {program_key(self.programs, call, scene): call for call in calls}
-        return [call for key, call in wanting.items() if not self.programs.has_run(key)]
+        wanting = {(program_key(self.programs, call, scene), formats(call)): call for call in calls}
+        return [call for variant, call in wanting.items() if not self.programs.has_run(*variant)]
 
     def ready(self, calls: Iterable[Call], scene: GpuScene, inputs: FrameInputs) -> bool:
         """Whether these calls can run without compiling, after as much of it as the turn's allowance permits.

@@ -20,8 +20,10 @@ from ..panel.model import Cost, Look
 from ..panel.scenes import camera_files
 from ..renderer import Renderer
 from ..scene import gallery
+from ..scene.facts import Facts, frame_facts
 from ..scene.model import Scene
 from ..session import load_gpu_scene, viewpoints
+from ..settings import Settings
 from .side import Choice, Side
 
 Size = tuple[int, int]
@@ -96,6 +98,12 @@ class Stage:
         """Diagonal of the scene [m]."""
         assert self._gpu_scene is not None, "load a scene first"
         return float(np.linalg.norm(np.subtract(self._gpu_scene.facts.high, self._gpu_scene.facts.low)))
+
+    def facts(self, settings: Settings, camera: Camera) -> Facts:
+        """What a still frame from there meets, as large as the last one."""
+        assert self._gpu_scene is not None, "load a scene first"
+        height = self.sides[0].renderer.size[1] if self.sides else 1
+        return frame_facts(self._gpu_scene.facts, camera, settings.lens, height, self._gpu_scene.near_plane)
 
     def pending(self, look: Look, camera: Camera, size: Size, time_s: float = 0.0) -> tuple[bool, bool]:
         """(something changed since the last drawing, something still converges)."""

@@ -10,13 +10,12 @@ from collections.abc import Iterator
 from contextlib import suppress
 from itertools import chain
 
-from ..frame.permutations import within_one_step
+from ..frame.permutations import of_its_class, within_one_step
 from ..frame.records import Call
-from ..gpu.execute import program_key
-from ..gpu.programs import MOST_PROGRAMS
+from ..gpu.execute import formats, program_key
+from ..gpu.programs import MOST_PROGRAMS, Formats
 from ..gpu.shaders import Key, ShaderError
 from ..panel.model import ProgramsShown
-from ..scene.facts import Facts
 from .stage import Stage
 from .state import State
 
@@ -30,7 +29,7 @@ class WarmUp:
         self._state, self._stage = state, stage
         self._aim: object = None
         self._calls: Iterator[Call] = iter(())
-        self._ready: set[Key] = set()
+        self._ready: set[tuple[Key, Formats]] = set()
         self._later: set[Key] = set()  # for rays
         self._done = True  # without a scene there is nothing to do
 
@@ -52,21 +51,17 @@ class WarmUp:
     def shown(self) -> ProgramsShown:
         """For the panel."""
         programs = self._stage.rehearsal.programs
-        return ProgramsShown(len(programs), MOST_PROGRAMS, len(self._ready), len(self._later), self._done)
+        ready = len({key for key, _ in self._ready})
+        return ProgramsShown(len(programs), MOST_PROGRAMS, ready, len(self._later), self._done)
 
     def _take_aim(self) -> None:
         look, stage = self._state.look, self._stage
         if stage.gpu_scene is None:
             return
         views = (look.view, look.other) if look.compare else (look.view,)
-        aim = views, look.settings, stage.edition, stage.gpu_scene.has_tree
+        facts = of_its_class(stage.facts(look.settings, self._state.camera))
+        aim = views, look.settings, facts, stage.edition, stage.gpu_scene.has_tree
         if aim != self._aim:
-            scene = stage.gpu_scene.facts
-            facts = Facts(
-                near_coc_px=0.0, far_coc_px=0.0, textured=scene.textured, normal_mapped=scene.normal_mapped,
-                emissive=scene.emissive, alpha_masked=scene.alpha_masked, lights=scene.lights, sun=scene.sun,
-                objects=scene.objects, deep=scene.deep,
-            )  # fmt: skip
             self._aim, self._done = aim, False
             self._calls = chain.from_iterable(within_one_step(view, look.settings, facts) for view in views)
             self._ready.clear()
@@ -77,15 +72,15 @@ class WarmUp:
         stage = self._stage
         assert stage.gpu_scene is not None
         rehearsal, scene = stage.rehearsal, stage.gpu_scene
-        key = program_key(rehearsal.programs, call, scene)
+        variant = program_key(rehearsal.programs, call, scene), formats(call)
         if call.step.rays and not scene.has_tree:
-            self._later.add(key)
+            self._later.add(variant[0])
             return False
-        if key in self._ready:
+        if variant in self._ready:
             return False
-        was_ready = rehearsal.programs.has_run(key)
+        was_ready = rehearsal.programs.has_run(*variant)
         with suppress(ShaderError):  # told when somebody asks for it
             look = self._state.look
             stage.sides[0].renderer.rehearse((call,), look.view, self._state.camera, look.settings)
-        self._ready.add(key)
+        self._ready.add(variant)
         return not was_ready

@@ -272,7 +272,7 @@ def test_the_least_recently_used_program_gives_way_and_is_released(ctx: moderngl
     programs = Programs(ctx, tmp_path, most=3)
     made = [programs.get("x.comp", (("A", k),)) for k in range(3)]
     programs.get("x.comp", (("A", 0),))
-    assert not programs.has_run(programs.key("x.comp", (("A", 1),))), "asking counts as a use"
+    assert not programs.has_run(programs.key("x.comp", (("A", 1),)), ()), "asking counts as a use"
     programs.get("x.comp", (("A", 3),))
     assert len(programs) == 3
     assert [isinstance(m.program.mglo, moderngl.InvalidObject) for m in made] == [False, False, True]
