@@ -8,7 +8,8 @@ to `in_color`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 from ..scene.facts import Facts
@@ -59,6 +60,8 @@ class Need:
 
 
 Defines = tuple[tuple[str, int], ...]
+KERNEL_BYTES = 16  # between the group counts of kernels: three, and how many items there are
+Permutation = tuple[str, Defines, tuple[str, ...]]  # shader, defines, fragment outputs in order
 
 
 def always(settings: Settings, facts: Facts) -> Need:
@@ -95,7 +98,7 @@ class Pass:
     grid: str = ""
     group: tuple[int, int] = (8, 8)
     indirect: tuple[str, int] | None = None  # (buffer, byte offset of three group counts) instead of a grid
-    kernels: tuple[Defines, ...] = ()  # with `indirect`: one program and dispatch each, group counts 16 bytes apart
+    kernels: tuple[Defines, ...] = ()  # with `indirect`: one program and dispatch each, in Call.parts
     needed: Callable[[Settings, Facts], Need] = always
     defines: Callable[[Settings, Facts], Defines] = no_defines
     writes_if: tuple[tuple[str, Callable[[Settings, Facts], bool]], ...] = ()  # outputs that exist only for some scenes
@@ -117,6 +120,24 @@ class Call:
     reason: str
     in_place: tuple[str, ...] = ()  # histories that it writes over last frame's value
 
+    @cached_property
+    def parts(self) -> tuple[Call, ...]:
+        """One call for each kernel: what is compiled and dispatched by itself."""
+        if self.step.indirect is None or len(self.step.kernels) < 2:
+            return (self,)
+        buffer, offset = self.step.indirect
+        steps = (
+            replace(self.step, kernels=(kernel,), indirect=(buffer, offset + KERNEL_BYTES * index))
+            for index, kernel in enumerate(self.step.kernels)
+        )
+        return tuple(replace(self, step=step) for step in steps)
+
+    @property
+    def program(self) -> Permutation:
+        """What a part compiles, but for what the scene on the GPU adds (app/gpu/scene.py: defines)."""
+        defines = (*self.defines, *(define for kernel in self.step.kernels for define in kernel))
+        return self.step.shader, defines, self.writes if self.step.kind == "raster" else ()
+
 
 @dataclass(frozen=True)
 class Skipped:
@@ -133,6 +154,11 @@ class FramePlan:
     calls: tuple[Call, ...]
     output: str  # the target to look at
     skipped: tuple[Skipped, ...] = ()
+
+    @property
+    def parts(self) -> tuple[Call, ...]:
+        """The parts of all calls, in order."""
+        return tuple(part for call in self.calls for part in call.parts)
 
     @property
     def targets(self) -> frozenset[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import moderngl
 
 from ..frame.records import Call
-from ..frame.targets import TARGETS
 from .programs import Compiled
 from .scene import GpuScene
 from .targets import Targets
@@ -16,9 +15,7 @@ FRAME_BINDING = 0  # uniform block binding of FrameBlock
 def bind(
     call: Call, compiled: Compiled, targets: Targets, scene: GpuScene | None, frame_block: moderngl.Buffer
 ) -> None:
-    """Bind targets, last frame's targets, the scene's textures and storage blocks, and the frame's uniform block.
-    Targets of which the pass writes only parts are zeroed.
-    """
+    """Bind targets, last frame's targets, the scene's textures and storage blocks, and the frame's uniform block."""
     _bind_samplers(call, compiled, targets, scene)
     _bind_images(call, compiled, targets)
     blocks = {name: targets.buffer(name) for name in (*call.step.buffers, *call.step.fills)}
@@ -44,8 +41,6 @@ def _bind_images(call: Call, compiled: Compiled, targets: Targets) -> None:
     if call.step.kind == "raster":
         return
     for image, target in enumerate(call.writes):
-        if TARGETS[target].cleared:
-            targets.clear(target)
         if f"out_{target}" in compiled.active:
             in_place = target in (*call.step.updates, *call.in_place)
             targets.texture(target).bind_to_image(image, read=in_place, write=True)

@@ -45,7 +45,7 @@ class ErrorSums:
 
     def queue(self, picture: moderngl.Texture) -> None:
         """Sum up the errors of a linear picture, bottom row first, of the truth's size. Waits for nothing."""
-        blocks, row_sums = self._program("block_sums"), self._program("row_sums")
+        blocks, row_sums = self._program("measure/block_sums.comp"), self._program("measure/row_sums.comp")
         self._bind(blocks, in_picture=picture, in_truth=self._truth, out_sums=self._sums)
         groups = (math.ceil(n / GROUP) for n in (self._sums.width, self._sums.height // self._regions))
         blocks.run(*groups)
@@ -79,7 +79,7 @@ class ErrorSums:
 
     def paint(self, picture: moderngl.Texture, low: float, high: float) -> moderngl.Texture:
         """Display values, bottom row first, of the displayed difference at each pixel; colours from `low` to `high`."""
-        heat = self._program("heat")
+        heat = self._program("measure/heat.comp")
         self._bind(heat, in_picture=picture, in_truth=self._truth, out_display=self._painted)
         give(heat, range=(low, high))
         heat.run(*(math.ceil(n / GROUP) for n in self.size))
@@ -95,7 +95,7 @@ class ErrorSums:
 
     def _program(self, name: str) -> Program:
         defines = {"REGIONS": self._regions, "BLOCK": BLOCK}
-        return self._programs.get(f"measure/{name}.comp", defines.items()).program
+        return self._programs.get(name, defines.items()).program
 
     def _bind(self, program: Program, **textures: moderngl.Texture) -> None:
         """Samplers and the one image by name, as a plan's passes have them."""

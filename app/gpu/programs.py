@@ -1,7 +1,5 @@
-"""Compiled shaders, one per (file, defines), checked against what their pass declares, and reloaded all together or not
-at all.
-
-Whatever can be compiled in another way can be in many: the least recently used permutations go when there are too many.
+"""Compiled shaders, one per (file, defines that it mentions), checked against what their pass declares, and reloaded
+all together or not at all. So many are kept; the least recently used go first.
 """
 
 from __future__ import annotations
@@ -16,15 +14,15 @@ import moderngl
 
 from ..frame.records import Call
 from .layout import FRAME
-from .shaders import ShaderError, Source, assemble, explain, load_glsl
+from .shaders import Key, ShaderError, Source, assemble, canonical, explain, load_glsl, stages_of
 
 Program = (
     Any  # moderngl.Program or ComputeShader: both give their members by name, whose stubs are a union of all kinds
 )
-Key = tuple[str, tuple[tuple[str, int], ...], tuple[str, ...]]
 
-LIMIT = 256  # programs that are kept: some six frames' worth of permutations, a few MB on a software rasteriser
+Formats = tuple[str, ...]  # of the textures that a program reads and writes, in order
 
+MOST_PROGRAMS = 384  # kept at once: four times what the richest built-in scene can ask for within one step
 _TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")
 _PREFIXES = ("in_", "prev_", "out_")
 
@@ -38,59 +36,111 @@ class Compiled:
     active: frozenset[str]
     texts: tuple[str, ...]
     fits: dict[str, Call] = field(default_factory=dict)  # the passes, by name, whose names were found to match
+    ran: set[Formats] = field(default_factory=set)  # with textures of which formats, as drivers compile for them then
 
 
 class Programs:
-    """Compiles on first use. Renderers on one context may share one."""
+    """Compiles on first use and keeps `most`, which must be more than a frame of each renderer that shares it needs.
 
-    def __init__(self, ctx: moderngl.Context, root: Path | None = None, limit: int = LIMIT) -> None:
-        """`limit` must be more than one frame of every renderer that shares it needs."""
-        self._ctx, self._root, self._limit = ctx, root, limit
+    Renderers of one context may share it: every use of a program binds all that it reads and writes.
+    """
+
+    def __init__(self, ctx: moderngl.Context, root: Path | None = None, most: int = MOST_PROGRAMS) -> None:
+        self._ctx, self._root, self._most = ctx, root, most
         self._files = load_glsl(root)
         self._compiled: dict[Key, Compiled] = {}  # the least recently used first
+        self._asked: dict[Key, Key] = {}  # with all the defines it was asked for by -> with those that it mentions
+        self.edition = 0  # grows when the files are read again
+        self.builds = 0  # compiled so far
+        self.first_runs = 0  # of programs on textures of new formats, so far
 
     def __len__(self) -> int:
         return len(self._compiled)
+
+    @property
+    def keys(self) -> frozenset[Key]:
+        """Of all that are compiled now."""
+        return frozenset(self._compiled)
+
+    def key(self, shader: str, defines: Iterable[tuple[str, int]], outputs: tuple[str, ...] = ()) -> Key:
+        """What tells this program from others."""
+        asked = (shader, tuple(sorted(defines)), outputs)
+        if asked not in self._asked:
+            self._asked[asked] = canonical(asked, self._files)
+        return self._asked[asked]
 
     def get(self, shader: str, defines: Iterable[tuple[str, int]], outputs: tuple[str, ...] = ()) -> Compiled:
         """The program for a compute file, or for the `.vert`/`.frag` pair of a stem whose fragment outputs are
         `outputs` in order.
         """
-        key = (shader, tuple(sorted(defines)), outputs)
-        found = self._compiled.pop(key, None) or self._build(key, self._files)
-        self._compiled[key] = found
-        while len(self._compiled) > self._limit:
-            self._compiled.pop(next(iter(self._compiled))).program.release()
-        return found
+        key = self.key(shader, defines, outputs)
+        compiled = self._compiled.pop(key, None) or self._build(key, self._files)
+        self._compiled[key] = compiled
+        while len(self._compiled) > self._most:
+            self._drop(next(iter(self._compiled)))
+        return compiled
+
+    def has_run(self, key: Key, formats: Formats) -> bool:
+        """Whether a program is ready to run on textures of these formats without compiling anything. Asking counts as a
+        use.
+        """
+        compiled = self._compiled.pop(key, None)
+        if compiled is None:
+            return False
+        self._compiled[key] = compiled
+        return formats in compiled.ran
+
+    def runs(self, compiled: Compiled, formats: Formats) -> None:
+        """Note that a program is about to run: most drivers put off the larger part of compiling until then."""
+        if formats not in compiled.ran:
+            compiled.ran.add(formats)
+            self.first_runs += 1
 
     def reload(self) -> str | None:
         """Re-read all files and swap what changed. Returns what is wrong with them, in which case nothing changes: the
         last good programs go on, and whatever is compiled next is of their text.
         """
-        made: dict[Key, Compiled] = {}
+        made: list[Compiled] = []
         try:
             files = load_glsl(self._root)
-            for key, old in self._compiled.items():
-                if tuple(source.text for source in _sources(key, files)) != old.texts:
-                    made[key] = self._build(key, files)
-                    for call in old.fits.values():
-                        check_names(call, made[key])
+            asked = {wish: canonical(wish, files) for wish, key in self._asked.items() if key in self._compiled}
+            found: dict[Key, Compiled] = {}
+            for wish, key in asked.items():
+                if key not in found:
+                    found[key] = self._renewed(key, self._compiled[self._asked[wish]], files, made)
         except (ShaderError, OSError) as problem:
-            for compiled in made.values():
+            for compiled in made:
                 compiled.program.release()
             return str(problem)
-        for key, compiled in made.items():
-            self._compiled[key].program.release()
-            self._compiled[key] = compiled
-        self._files = files
+        kept = {id(compiled) for compiled in found.values()}
+        for compiled in self._compiled.values():
+            if id(compiled) not in kept:
+                compiled.program.release()
+        self._files, self._asked, self._compiled = files, asked, found
+        self.edition += 1
         return None
 
     def release(self) -> None:
         for compiled in self._compiled.values():
             compiled.program.release()
         self._compiled.clear()
+        self._asked.clear()
+
+    def _drop(self, key: Key) -> None:
+        self._compiled.pop(key).program.release()
+        self._asked = {asked: found for asked, found in self._asked.items() if found != key}
+
+    def _renewed(self, key: Key, old: Compiled, files: Mapping[str, str], made: list[Compiled]) -> Compiled:
+        """The program of these files, which is the old one if its text is the same, and else is added to `made`."""
+        if tuple(source.text for source in _sources(key, files)) == old.texts:
+            return old
+        made.append(self._build(key, files))
+        for call in old.fits.values():
+            check_names(call, made[-1])
+        return made[-1]
 
     def _build(self, key: Key, files: Mapping[str, str]) -> Compiled:
+        self.builds += 1
         sources = _sources(key, files)
         try:
             program = self._link(sources, key[2])
@@ -119,15 +169,15 @@ class Programs:
 
 def _sources(key: Key, files: Mapping[str, str]) -> list[Source]:
     shader, defines, _ = key
-    stages = (shader,) if shader.endswith(".comp") else (f"{shader}.vert", f"{shader}.frag")
-    return [assemble(stage, files, dict(defines)) for stage in stages]
+    return [assemble(stage, files, dict(defines)) for stage in stages_of(shader)]
 
 
 def check_names(call: Call, compiled: Compiled) -> None:
     """Raise ShaderError if the pass and its shader name different targets: a typo on either side, with the pass's
     name.
     """
-    if compiled.fits.get(call.step.name) == call:
+    fit = compiled.fits.get(call.step.name)
+    if fit and (fit.reads, fit.writes, fit.step.history) == (call.reads, call.writes, call.step.history):
         return
     declared = (
         {f"in_{name}" for name, _ in call.reads}

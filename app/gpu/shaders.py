@@ -14,12 +14,15 @@ from pathlib import Path
 from ..data import data_dir
 from ..errors import NO_GRAPHICS, UserError
 
+Key = tuple[str, tuple[tuple[str, int], ...], tuple[str, ...]]  # shader, defines in order, fragment outputs
+
 VERSION = "#version 430 core"
 SUFFIXES = (".glsl", ".comp", ".vert", ".frag")
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 # Mesa "0:12(3): error", NVIDIA "0(12) : error", others "ERROR: 0:12: 'x'".
 _LOCATION = re.compile(r"^(?P<head>(?:ERROR|WARNING):\s*)?\d+[:(](?P<line>\d+)\)?(?:\(\d+\))?\s*:")
+_WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 class ShaderError(UserError):
@@ -103,3 +106,30 @@ def explain(log: str, source: Source) -> str:
         return f"{file}:{number}:{line[match.end() :]}"
 
     return "\n".join(locate(line) for line in log.splitlines())
+
+
+def stages_of(shader: str) -> tuple[str, ...]:
+    """The files of a compute shader, or of the stem of a `.vert` and a `.frag`."""
+    return (shader,) if shader.endswith(".comp") else (f"{shader}.vert", f"{shader}.frag")
+
+
+def canonical(key: Key, files: Mapping[str, str]) -> Key:
+    """The same program by the defines that its files mention: no other makes a difference to it."""
+    shader, defines, outputs = key
+    words: set[str] = set()
+    for name in _included(stages_of(shader), files):
+        if name not in files:
+            return key  # unknown what it would mention; `assemble` complains of it
+        words.update(_WORD.findall(files[name]))
+    return shader, tuple(define for define in defines if define[0] in words), outputs
+
+
+def _included(entries: tuple[str, ...], files: Mapping[str, str]) -> set[str]:
+    """The names of some files and of all that they include, there or not."""
+    seen, waiting = set(entries), list(entries)
+    while waiting:
+        asked = (match[1] for match in map(_INCLUDE.match, files.get(waiting.pop(), "").splitlines()) if match)
+        fresh = set(asked) - seen
+        seen |= fresh
+        waiting += fresh
+    return seen

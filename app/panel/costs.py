@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
+from ..scene.validate import count
 from . import style
 from .memory import draw_memory
-from .model import Cost, Shown
+from .model import Cost, ProgramsShown, Shown
 
 
 def draw_costs(shown: Shown) -> None:
@@ -26,6 +27,18 @@ def draw_costs(shown: Shown) -> None:
         _health(cost)
     muted(f"whole frame with window: {shown.frame_ms:.1f} ms (wall clock)")
     draw_memory(shown)
+    if shown.programs:
+        muted(programs_line(shown.programs))
+
+
+def programs_line(programs: ProgramsShown) -> str:
+    """How many shader programs there are, and how many the next step can ask for."""
+    begun = "" if programs.complete else " so far"
+    rays = f", {programs.for_rays} more once rays are asked for" if programs.for_rays else ""
+    return (
+        f"{count(programs.kept, 'shader program')} of at most {programs.most}; "
+        f"ready for the next step{begun}: {programs.ready}{rays}"
+    )
 
 
 def draw_passes(cost: Cost) -> None:

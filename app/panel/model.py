@@ -102,6 +102,17 @@ class HeatShown:
 
 
 @dataclass(frozen=True)
+class ProgramsShown:
+    """Compiled shaders: what is there, and what the next step can ask for."""
+
+    kept: int
+    most: int  # that are kept
+    ready: int  # of those within one step
+    for_rays: int  # of those within one step, what waits for the scene's tree
+    complete: bool  # all but these are ready
+
+
+@dataclass(frozen=True)
 class Shown:
     """What the panel tells but cannot change."""
 
@@ -122,5 +133,7 @@ class Shown:
     shader_error: str = ""
     message: str = ""  # fades after a few seconds
     loading: tuple[str, float] | None = None  # stage and fraction
+    preparing: tuple[str, float] | None = None  # what the view that was asked for waits for, and the part that is done
+    programs: ProgramsShown | None = None
     survey: SurveyShown | None = None
     heat: HeatShown | None = None

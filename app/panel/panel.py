@@ -108,6 +108,9 @@ class Panel:
             resting = ", resting" if cost.limit and cost.samples >= cost.limit else ""
             unit = "sample" if cost.view in CONVERGING else "frame"
             muted(f"{cost.view}: {count(cost.samples, unit)}{resting}")
+        if shown.preparing:
+            what, part = shown.preparing
+            imgui.progress_bar(part, imgui.ImVec2(-1.0, 0.0), what)
         muted(f"fly speed {shown.speed:.3g} m/s")
         if shown.motion:
             playing, time_s = shown.motion

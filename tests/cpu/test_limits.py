@@ -9,13 +9,13 @@ import re
 
 import pytest
 
+from app.frame.memory import texels
 from app.frame.pipeline import PASSES
 from app.frame.targets import TARGETS
 from app.gpu.error_sums import BLOCK
 from app.gpu.error_sums import GROUP as ERROR_GROUP
 from app.gpu.health import GROUP as HEALTH_GROUP
 from app.gpu.layout import FRAME
-from app.gpu.memory import texels
 from app.gpu.shaders import load_glsl
 from app.measure.regions import REGIONS
 

@@ -1,5 +1,5 @@
-"""What every OpenGL 4.3 driver grants at least (core specification 4.3, tables 23.58 to 23.75), and what a program takes
-of it.
+"""What every OpenGL 4.3 driver grants at least (core specification 4.3, tables 23.58 to 23.75), and what one program
+takes of it.
 """
 
 from __future__ import annotations
@@ -13,10 +13,6 @@ from app.gpu.programs import Compiled
 
 # a stage's samplers, images, storage blocks, uniform blocks; attributes, fragment outputs
 GRANTED = {"samplers": 16, "images": 8, "storage blocks": 8, "uniform blocks": 12, "attributes": 16, "outputs": 8}
-GROUPS = 65535  # work groups along one dimension
-INVOCATIONS = 1024  # of a work group
-UNIFORM_BLOCK = 16384  # bytes
-TEXTURE_SIDE = 16384  # px
 # Images, storage blocks and fragment outputs of a program together: 8 are granted, but every known driver for desktop
 # GPUs has 16 or more, and a program that takes too many ends in its linker's sentence.
 WRITABLE = 16

@@ -191,7 +191,7 @@ def test_a_program_that_reuses_a_number_gets_its_own_vertex_array(ctx) -> None:
         gpu.draw(program)
         assert gpu._vertex_arrays[program.glo].program is program
         program.release()
-    assert len(gpu._vertex_arrays) == 1, "those of released programs are gone with them"
+        assert len(gpu._vertex_arrays) == 1, "a released program's goes when the next is made"
     leave_framebuffers(ctx)
     screen.release()
     gpu.release()

@@ -52,6 +52,8 @@ class Rig:
         self.renderers = 0
         self.stage: Any = SimpleNamespace(
             ctx=SimpleNamespace(info={"GL_RENDERER": "llvmpipe"}),
+            building=False,
+            held_up=False,
             sides=[SimpleNamespace(texture="picture")],
             moves=False,
             edition=0,
