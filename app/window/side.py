@@ -46,7 +46,13 @@ class Side:
 
     def cost(self) -> Cost:
         return Cost(
-            self.view, self.renderer.plan, tuple(self.renderer.timings), self.samples, self.limit, self.renderer.size
+            self.view,
+            self.renderer.plan,
+            tuple(self.renderer.timings),
+            self.samples,
+            self.limit,
+            self.renderer.size,
+            dict(self.renderer.health.found),
         )
 
     def forget(self) -> None:
