@@ -116,7 +116,7 @@ def shot(options: argparse.Namespace) -> int:
         renderer.profiler.flush()
         times = {
             "device": device_name(ctx),
-            "timing_source": renderer.timing_source,
+            "timing_source": renderer.profiler.source,
             "seconds": seconds,
             "frame_ms": frame_ms,
             "pass_ms": dict(renderer.timings),
@@ -133,45 +133,6 @@ def bench(options: argparse.Namespace) -> int:
     from .bench_command import run
 
     return run(options, given_settings(options), version())
-
-
-def plan(options: argparse.Namespace) -> int:
-    """Say what would run, what would not, and why, and what it takes in memory. Needs no GPU."""
-    from .frame.memory import memory_lines
-    from .frame.pipeline import frame_plan
-    from .scene.facts import frame_facts, near_plane, scene_facts
-    from .scene.flatten import bounds
-    from .session import open_scene
-
-    scene, triangles = open_scene(options.scene, show_progress)
-    box = bounds(triangles)
-    viewpoint, settings = start_of(options, scene, box, given_settings(options))
-    of_scene = scene_facts(scene, *box)
-    facts = frame_facts(
-        of_scene,
-        viewpoint.camera,
-        settings.lens,
-        options.size[1],
-        near_plane(*box),
-        objects_moved=of_scene.objects,  # while it plays
-    )
-    frame = frame_plan(options.view, settings, facts)
-    print(
-        f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: "
-        f"aperture {settings.lens.aperture:g} m, focus {settings.lens.focus_distance:g} m"
-    )
-    print(
-        f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus "
-        f"and {facts.far_coc_px:.1f} px behind it (radius); "
-        f"the post-process gathers up to {settings.post.max_coc * options.size[1]:.0f} px (post.max_coc)"
-    )
-    for call in frame.calls:
-        defines = " ".join(f"{name}={value}" for name, value in call.defines if value)
-        print(f"  runs   {call.step.name:<16}{call.reason}{'; ' + defines if defines else ''}")
-    for skipped in frame.skipped:
-        print(f"  skips  {skipped.name:<16}{skipped.reason}")
-    print("memory of the frame, targets that share a texture together:", *memory_lines(frame, options.size), sep="\n  ")
-    return 0
 
 
 def doctor(options: argparse.Namespace) -> int:

@@ -23,7 +23,7 @@ from .gpu.rehearsal import Rehearsal
 from .gpu.scene import GpuScene
 from .gpu.targets import Targets
 from .gpu.timing import Profiler
-from .scene.facts import Facts, frame_facts, is_cut
+from .scene.facts import Facts, frame_facts, is_cut, with_every_effect
 from .settings import Settings, history_key
 
 
@@ -56,11 +56,11 @@ class Renderer:
         self._plan_key: object = None
         self._share = share_memory
         self._slots: tuple[Slot, ...] = ()
-        self._foreseen: tuple[object, FramePlan] = (None, FramePlan((), ""))  # what `ready` was last asked of
         self._drawn_plan: FramePlan | None = None
         self._past = Past()
         self.progress_callback: Callable[[str, float], None] | None = None
         self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
+        self.every_effect = False  # plan as if the scene called for all of them: a measure of what plans save
         self.moved = False  # whether camera or objects did in the last frame, since the one before it
 
     # -- what users call -----------------------------------------------------------------------------------------------
@@ -83,7 +83,8 @@ class Renderer:
         begin_cpu = time.thread_time()
         now, goes_on = self._next(view, camera, settings, time_s, cut)
         if not goes_on:
-            self._restart(view, settings)
+            self._past.restart(self._history_of(view, settings))
+            self._targets.forget((*CONVERGING, PICKED))
         previous = self._past.previous(now)
         self.moved = now != previous
         plan = self._planned(view, settings, self._facts(view, now, goes_on, settings, time_budget_ms))
@@ -118,8 +119,7 @@ class Renderer:
             return True
         now, goes_on = self._next(view, camera, settings, time_s, cut=False)
         facts = self._facts(view, now, goes_on, settings, time_budget_ms)
-        plan = self._foreseen[1] if self._foreseen[0] == (view, settings, facts) else frame_plan(view, settings, facts)
-        self._foreseen = (view, settings, facts), plan
+        plan = frame_plan(view, settings, facts)
         has_tree = not any(call.step.rays for call in plan.calls) or self.scene.request_tree()
         return self.rehearse(plan.parts, view, camera, settings) and has_tree
 
@@ -136,6 +136,7 @@ class Renderer:
         """Change the picture's size; everything accumulated is dropped."""
         if size != self._targets.size:
             self._targets.resize(size)
+            self.profiler.forget()
             self._plan_key = None  # what fitted at another size may not at this one
             self.reset()
 
@@ -189,10 +190,6 @@ class Renderer:
         return [(c.step.name, times[c.step.name]) for c in self.plan.calls if c.step.name in times] if self.plan else []
 
     @property
-    def timing_source(self) -> str:
-        return self.profiler.source
-
-    @property
     def memory(self) -> dict[str, int]:
         """GPU bytes by target, block and scene resource."""
         return {**self._targets.bytes, **{f"scene: {name}": count for name, count in self.scene.bytes.items()}}
@@ -224,14 +221,9 @@ class Renderer:
         """Equal for frames whose samples may be put together."""
         return view, history_key(settings), self.size, id(self.scene)
 
-    def _restart(self, view: str, settings: Settings) -> None:
-        """Drop the past: of what follows, the next frame is the first."""
-        self._past.restart(self._history_of(view, settings))
-        self._targets.forget((*CONVERGING, PICKED))
-
     def _facts(self, view: str, now: Moment, goes_on: bool, settings: Settings, budget_ms: float | None) -> Facts:
         previous = self._past.previous(now, goes_on)
-        return frame_facts(
+        facts = frame_facts(
             self.scene.facts,
             now.camera,
             settings.lens,
@@ -241,11 +233,12 @@ class Renderer:
             objects_moved=now.time_s != previous.time_s,
             unsampled=view in LENS_RAYS and budget_ms is not None and not (goes_on and self._past.progress.samples),
         )
+        return with_every_effect(facts) if self.every_effect else facts
 
     def _planned(self, view: str, settings: Settings, facts: Facts) -> FramePlan:
         key = (view, settings, facts)
         if key != self._plan_key:
-            plan = self._foreseen[1] if self._foreseen[0] == key else frame_plan(view, settings, facts)
+            plan = frame_plan(view, settings, facts)
             slots = frame_slots(plan, self._share)
             self._targets.reserve(slots, frame_blocks(plan))
             if self.plan is None or [c.step.name for c in plan.calls] != [c.step.name for c in self.plan.calls]:
@@ -299,7 +292,7 @@ class Renderer:
         return time.perf_counter()
 
     def _end_frame(self, view: str, plan: FramePlan, inputs: FrameInputs) -> None:
-        for target in {t for call in plan.calls for t in call.writes if TARGETS[t].history}:
+        for target in dict.fromkeys(t for call in plan.calls for t in call.writes if TARGETS[t].history):
             self._targets.swap(target)
         self.profiler.end_frame()
         mean = inputs.settings.rays.samples_per_frame if view in LENS_RAYS else int(view in CONVERGING)

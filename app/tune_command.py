@@ -99,10 +99,10 @@ def tune(options: argparse.Namespace) -> int:
         views=views,
         limit=options.steps,
     )
-    print(_heading(options, tuning, judge, device_name(ctx), renderer.timing_source))
+    print(_heading(options, tuning, judge, device_name(ctx), renderer.profiler.source))
     print(HEADER)
     advice = _driven(tuning)
-    _answer(options, advice, output, device_name(ctx), renderer.timing_source)
+    _answer(options, advice, output, device_name(ctx), renderer.profiler.source)
     return 0
 
 

@@ -17,6 +17,7 @@ Any other target's name is a view too: the plan then holds just the passes that 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 from ..errors import UserError
 from ..scene.facts import Facts
@@ -60,6 +61,7 @@ def color_target(view: str, settings: Settings, facts: Facts) -> str:
     return {"sharp": "lit", "traced": "traced", "reference": "reference"}[view]
 
 
+@lru_cache(maxsize=16)  # asked for each frame: by whoever foresees it, and by whoever draws it
 def frame_plan(view: str, settings: Settings, facts: Facts) -> FramePlan:
     """The plan that ends in the `display` target for a view or for any target's name. Raises UserError for an unknown
     view.

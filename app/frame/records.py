@@ -161,6 +161,11 @@ class FramePlan:
         return tuple(part for call in self.calls for part in call.parts)
 
     @property
+    def reasons(self) -> dict[str, str]:
+        """By pass: why it runs, or why not."""
+        return {**{c.step.name: c.reason for c in self.calls}, **{s.name: s.reason for s in self.skipped}}
+
+    @property
     def targets(self) -> frozenset[str]:
         """Every target the frame touches."""
         return frozenset(

@@ -92,6 +92,12 @@ class Profiler:
         self._queries: dict[str, list[moderngl.Query | None]] = {}
         self._kept: dict[str, deque[float]] = {}
         self._length = KEPT
+        self.before_ms: dict[str, float] = {}  # by pass, when it last ran under another plan
+
+    def forget(self) -> None:
+        """Nothing measured so far says anything: another scene, or another size."""
+        self.reset()
+        self.before_ms.clear()
 
     @contextmanager
     def scope(self, name: str) -> Iterator[None]:
@@ -117,7 +123,8 @@ class Profiler:
         self._frame += 1
 
     def reset(self) -> None:
-        """Forget all times: the plan changed."""
+        """Begin anew: the plan changed. What the passes took before stays in `before_ms`."""
+        self.before_ms |= self.median_ms()
         unused = [query for ring in self._queries.values() for query in ring if query is not None]
         self._queries.clear()
         self._kept.clear()

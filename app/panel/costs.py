@@ -41,22 +41,6 @@ def programs_line(programs: ProgramsShown) -> str:
     )
 
 
-def draw_passes(cost: Cost) -> None:
-    """What ran and what was left out, each with the reason the plan gives."""
-    if cost.plan is None:
-        return
-    columns = imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop
-    if not imgui.begin_table(f"passes {cost.view}", 2, columns):
-        return
-    imgui.table_setup_column("pass", imgui.TableColumnFlags_.none, 0.38)
-    imgui.table_setup_column("why", imgui.TableColumnFlags_.none, 0.62)
-    for call in cost.plan.calls:
-        _reason(call.step.name, f"ran: {call.reason}", ran=True)
-    for left_out in cost.plan.skipped:
-        _reason(left_out.name, f"skipped: {left_out.reason}", ran=False)
-    imgui.end_table()
-
-
 def muted(text: str) -> None:
     """Wrapped text in the quiet colour."""
     imgui.push_style_color(imgui.Col_.text, style.MUTED)
@@ -83,13 +67,3 @@ def _row(name: str, ms: float, total: float) -> None:
     imgui.text_unformatted(f"{ms:8.2f} ms")
     imgui.table_next_column()
     imgui.progress_bar(ms / total if total > 0 else 0.0, imgui.ImVec2(-1.0, 0.8 * imgui.get_font_size()), "")
-
-
-def _reason(name: str, reason: str, ran: bool) -> None:
-    imgui.table_next_row()
-    imgui.table_next_column()
-    imgui.push_style_color(imgui.Col_.text, style.ACCENT if ran else style.MUTED)
-    imgui.text_unformatted(name)
-    imgui.pop_style_color()
-    imgui.table_next_column()
-    muted(reason)

@@ -128,7 +128,7 @@ class Window:
 
     def release(self) -> None:
         """Free everything on the GPU and ImGui's context."""
-        self._requests.advisor.stop()
+        self._requests.stop()
         self._surveyor.release()
         self._stage.release()
         self._presenter.release()
@@ -147,7 +147,7 @@ class Window:
         self._last_step = now
         self._settle_size(now)
         self._stage.rehearsal.begin_turn()
-        advising = self._requests.advisor.advance()
+        advising = self._requests.advance()
         changed, converging = self._stage.pending(state.look, state.camera, self._size, state.time_s)
         if not changed and not advising and self._surveyor.turn(self._size, now, converging):
             self._outdated = True
@@ -168,7 +168,7 @@ class Window:
 
     def _has_news(self, now: float) -> bool:
         """Whether the panel, as it was last drawn, tells what is no longer so."""
-        return self._outdated or self._last_ui < self._state.message_until <= now
+        return self._outdated or self._panel.effects.fading or self._last_ui < self._state.message_until <= now
 
     def _rest(self, now: float) -> None:
         """Nothing is to be drawn: compile one program for the next step, else wait until something is to be done."""
@@ -225,7 +225,7 @@ class Window:
         io.delta_time = max(now - self._last_ui, 1e-4)
         self._last_ui, self._outdated = now, False
         imgui.new_frame()
-        shown = telling(state, self._stage, self._surveyor, self._warm_up, now)
+        shown = telling(state, self._stage, self._surveyor, self._warm_up, self._requests.ledger, now)
         state.look, requests = self._panel.draw(state.look, shown, size)
         state.requests += requests
 

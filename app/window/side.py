@@ -53,6 +53,7 @@ class Side:
             self.limit,
             self.renderer.size,
             dict(self.renderer.health.found),
+            dict(self.renderer.profiler.before_ms),
         )
 
     def forget(self) -> None:

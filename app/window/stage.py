@@ -66,6 +66,7 @@ class Stage:
         for side in self.sides:
             side.renderer.scene = gpu_scene
             side.renderer.reset()
+            side.renderer.profiler.forget()
             side.forget()
         self._compiling = None
         if old:
@@ -224,7 +225,7 @@ class Stage:
 
     @property
     def timing_source(self) -> str:
-        return self.sides[0].renderer.timing_source if self.sides else ""
+        return self.sides[0].renderer.profiler.source if self.sides else ""
 
     def release(self) -> None:
         """Free everything on the GPU."""

@@ -6,13 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..panel.model import Look, Shown
+from .ledger import Ledger
 from .stage import Stage
 from .state import State
 from .surveyor import Surveyor
 from .warmup import WarmUp
 
 
-def telling(state: State, stage: Stage, surveyor: Surveyor, warm_up: WarmUp, now: float) -> Shown:
+def telling(state: State, stage: Stage, surveyor: Surveyor, warm_up: WarmUp, ledger: Ledger, now: float) -> Shown:
     """Everything that is shown beside the picture at `now` [s, of time.perf_counter]."""
     survey, heat = surveyor.shown()
     costs, preparing = stage.costs(), stage.preparing
@@ -32,6 +33,8 @@ def telling(state: State, stage: Stage, surveyor: Surveyor, warm_up: WarmUp, now
         loading=state.shown.loading or (preparing if not costs else None),
         preparing=preparing if costs else None,
         programs=warm_up.shown(),
+        full_ms=ledger.full_ms,
+        measuring=ledger.part,
     )
 
 
