@@ -45,7 +45,8 @@ def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) 
         has += tuple((f"HAS_{t.upper()}", int(t in writes)) for t in (*(t for t, _ in step.writes_if), *step.offers))
         defines = tuple(sorted({*step.defines(settings, facts), *has}))
         in_place = tuple(target for target, read in step.in_place_without if read not in present)
-        calls.append(Call(step, reads, writes, defines, needs[step.name].reason, in_place))
+        kernels = step.kernels(settings, facts)
+        calls.append(Call(step, reads, writes, defines, needs[step.name].reason, in_place, kernels))
     return FramePlan(tuple(calls), output, tuple(skipped))
 
 
@@ -71,5 +72,5 @@ def _why_not(passes: Sequence[Pass], output: str, settings: Settings, facts: Fac
         if output in (*step.writes, *step.updates, *step.offers):
             return needs[step.name].reason
         if output in {t for t, _ in step.writes_if}:
-            return "this scene has none"
+            return "this scene, seen so, calls for none"
     return "it is no target of this view"

@@ -6,7 +6,11 @@ from ..optics import IN_FOCUS_COC_PX
 from ..scene.facts import Facts
 from ..settings import Settings
 from .raster import lit
-from .records import Defines, Need, Pass
+from .records import Defines, Kernels, Need, Pass
+from .targets import TILE_CLASSES
+
+FULL_RES_PX = 2.0  # CoC radius up to which full resolution draws the blur: half a resolution's texel is as large
+SHARP, SLIGHT, NEAR, FAR, MIXED = range(TILE_CLASSES)  # classes of tiles, as glsl/dof/tile_classes.glsl numbers them
 
 
 def blurred(settings: Settings, facts: Facts) -> Need:
@@ -17,6 +21,29 @@ def blurred(settings: Settings, facts: Facts) -> Need:
     if largest <= IN_FOCUS_COC_PX:
         return Need(False, f"the largest circle of confusion is {largest:.2f} px in radius, within the focus zone")
     return Need(True, f"circles of confusion reach {largest:.0f} px in radius")
+
+
+def half_res_begins_px(settings: Settings) -> float:
+    """CoC radius from which half resolution draws the blur (glsl/dof/layers.glsl)."""
+    return FULL_RES_PX if settings.post.slight_focus else IN_FOCUS_COC_PX
+
+
+def softened(settings: Settings, facts: Facts) -> Need:
+    """Half resolution: only if there is more blur than full resolution draws."""
+    blur, begin_px = blurred(settings, facts), half_res_begins_px(settings)
+    if blur.runs and max(facts.near_coc_px, facts.far_coc_px) <= begin_px:
+        return Need(False, f"blur stays below {begin_px:g} px, which full resolution draws")
+    return blur
+
+
+def has_near_layer(settings: Settings, facts: Facts) -> bool:
+    """Whether anything before focus is blurred at half resolution, in front of all else."""
+    return facts.near_coc_px > half_res_begins_px(settings)
+
+
+def has_far_layer(settings: Settings, facts: Facts) -> bool:
+    """Whether anything behind focus is blurred at half resolution."""
+    return facts.far_coc_px > half_res_begins_px(settings)
 
 
 def lens_defines(settings: Settings, facts: Facts) -> Defines:
@@ -39,8 +66,13 @@ def layer_defines(settings: Settings, facts: Facts) -> Defines:
 
 
 def tile_defines(settings: Settings, facts: Facts) -> Defines:
-    """Whether tiles are told apart, and where their classes meet."""
-    return (("TILE_CLASSES", int(settings.post.tile_classes)), ("SLIGHT_FOCUS", int(settings.post.slight_focus)))
+    """Whether tiles are told apart, where their classes meet, and which there can be."""
+    return (
+        ("TILE_CLASSES", int(settings.post.tile_classes)),
+        ("SLIGHT_FOCUS", int(settings.post.slight_focus)),
+        ("NEAR_LAYER", int(has_near_layer(settings, facts))),
+        ("FAR_LAYER", int(has_far_layer(settings, facts))),
+    )
 
 
 def median_defines(settings: Settings, facts: Facts) -> Defines:
@@ -49,16 +81,23 @@ def median_defines(settings: Settings, facts: Facts) -> Defines:
 
 
 def specular(settings: Settings, facts: Facts) -> bool:
-    """Whether there is any specular light to keep apart."""
-    return lit(settings)
+    """Whether there is any specular light to keep apart, for highlights that a near layer spreads."""
+    return lit(settings) and has_near_layer(settings, facts)
 
 
-def _kernel(index: int, blurred: int, near: int, far: int) -> Defines:
-    return ("TILE_CLASS", index), ("BLURRED", blurred), ("NEAR_LAYER", near), ("FAR_LAYER", far)
+def tile_kernels(settings: Settings, facts: Facts) -> Kernels:
+    """A kernel for each class of tiles that there can be; for all together where they are not told apart."""
+    near, far = has_near_layer(settings, facts), has_far_layer(settings, facts)
+    if not settings.post.tile_classes:
+        return (_kernel(MIXED, 1, int(near), int(far)),)
+    there = {SHARP: True, SLIGHT: settings.post.slight_focus, NEAR: near, FAR: far, MIXED: near and far}
+    layers = {SHARP: (0, 0, 0), SLIGHT: (1, 0, 0), NEAR: (1, 1, 0), FAR: (1, 0, 1), MIXED: (1, 1, 1)}
+    return tuple(_kernel(index, *layers[index]) for index, is_there in there.items() if is_there)
 
 
-# Of the classes in dof/tile_classes.glsl, in their order: sharp, slight, near, far, mixed.
-KERNELS = (_kernel(0, 0, 0, 0), _kernel(1, 1, 0, 0), _kernel(2, 1, 1, 0), _kernel(3, 1, 0, 1), _kernel(4, 1, 1, 1))
+def _kernel(index: int, blurred: int, near: int, far: int) -> tuple[int, Defines]:
+    return index, (("TILE_CLASS", index), ("BLURRED", blurred), ("NEAR_LAYER", near), ("FAR_LAYER", far))
+
 
 TILES = (
     Pass("kernel", "dof/kernel.comp", writes=("kernel",), needed=blurred, defines=lens_defines),
@@ -97,14 +136,14 @@ GATHERING = (
         reads=("lit", "coc"),
         writes=("half_color",),
         writes_if=(("half_specular", specular),),
-        needed=blurred,
+        needed=softened,
     ),
     Pass(
         "prefilter",
         "dof/prefilter.comp",
         reads=("half_color", "kernel"),
         writes=("prefiltered",),
-        needed=blurred,
+        needed=softened,
         defines=gather_defines,
     ),
     Pass(
@@ -114,28 +153,30 @@ GATHERING = (
         optional=("half_specular",),
         buffers=("TileWork",),
         indirect=("TileWork", 0),
-        kernels=KERNELS,
-        writes=("near_gather", "far_gather"),
-        writes_if=(("near_specular", specular),),
-        needed=blurred,
+        kernels=tile_kernels,
+        writes=("far_gather",),
+        writes_if=(("near_gather", has_near_layer), ("near_specular", specular)),
+        needed=softened,
         defines=layer_defines,
     ),
     Pass(
         "median",
         "dof/median.comp",
-        reads=("near_gather", "far_gather", "tiles_dilated"),
-        writes=("near_blur", "far_blur"),
-        needed=blurred,
+        reads=("far_gather", "tiles_dilated"),
+        optional=("near_gather",),
+        writes=("far_blur",),
+        writes_if=(("near_blur", has_near_layer),),
+        needed=softened,
         defines=median_defines,
     ),
     Pass(
         "post",
         "dof/post.comp",
-        reads=("lit", "coc", "near_blur", "far_blur", "half_color", "tiles_dilated", "kernel"),
-        optional=("near_specular",),
+        reads=("lit", "coc", "tiles_dilated", "kernel"),
+        optional=("half_color", "far_blur", "near_blur", "near_specular"),
         buffers=("TileWork",),
         indirect=("TileWork", 0),
-        kernels=KERNELS,
+        kernels=tile_kernels,
         writes=("post",),
         offers=("post_behind",),
         needed=blurred,

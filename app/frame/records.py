@@ -60,6 +60,7 @@ class Need:
 
 
 Defines = tuple[tuple[str, int], ...]
+Kernels = tuple[tuple[int, Defines], ...]  # (place of its group counts in the block, what only this one compiles)
 KERNEL_BYTES = 16  # between the group counts of kernels: three, and how many items there are
 Permutation = tuple[str, Defines, tuple[str, ...]]  # shader, defines, fragment outputs in order
 
@@ -72,6 +73,11 @@ def always(settings: Settings, facts: Facts) -> Need:
 def no_defines(settings: Settings, facts: Facts) -> Defines:
     """The default: one permutation."""
     return ()
+
+
+def one_kernel(settings: Settings, facts: Facts) -> Kernels:
+    """The default: all work is of one kind."""
+    return ((0, ()),)
 
 
 @dataclass(frozen=True)
@@ -98,9 +104,9 @@ class Pass:
     grid: str = ""
     group: tuple[int, int] = (8, 8)
     indirect: tuple[str, int] | None = None  # (buffer, byte offset of three group counts) instead of a grid
-    kernels: tuple[Defines, ...] = ()  # with `indirect`: one program and dispatch each, in Call.parts
     needed: Callable[[Settings, Facts], Need] = always
     defines: Callable[[Settings, Facts], Defines] = no_defines
+    kernels: Callable[[Settings, Facts], Kernels] = one_kernel  # of an indirect pass, in Call.parts
     writes_if: tuple[tuple[str, Callable[[Settings, Facts], bool]], ...] = ()  # outputs that exist only for some scenes
     offers: tuple[str, ...] = ()  # outputs written only if a pass that runs reads them; the shader sees HAS_<TARGET>
 
@@ -111,7 +117,7 @@ class Pass:
 
 @dataclass(frozen=True)
 class Call:
-    """A pass as it will run: inputs resolved, permutation fixed."""
+    """A pass as it will run: inputs resolved, permutations fixed."""
 
     step: Pass
     reads: tuple[tuple[str, str], ...]  # (sampler name without prefix, target)
@@ -119,23 +125,27 @@ class Call:
     defines: Defines
     reason: str
     in_place: tuple[str, ...] = ()  # histories that it writes over last frame's value
+    kernels: Kernels = ((0, ()),)
 
     @cached_property
     def parts(self) -> tuple[Call, ...]:
         """One call for each kernel: what is compiled and dispatched by itself."""
-        if self.step.indirect is None or len(self.step.kernels) < 2:
+        if len(self.kernels) == 1:
             return (self,)
+        return tuple(replace(self, kernels=(kernel,)) for kernel in self.kernels)
+
+    @property
+    def counts(self) -> tuple[str, int] | None:
+        """Where an indirect part finds its group counts: block and byte offset."""
+        if self.step.indirect is None:
+            return None
         buffer, offset = self.step.indirect
-        steps = (
-            replace(self.step, kernels=(kernel,), indirect=(buffer, offset + KERNEL_BYTES * index))
-            for index, kernel in enumerate(self.step.kernels)
-        )
-        return tuple(replace(self, step=step) for step in steps)
+        return buffer, offset + KERNEL_BYTES * self.kernels[0][0]
 
     @property
     def program(self) -> Permutation:
         """What a part compiles, but for what the scene on the GPU adds (app/gpu/scene.py: defines)."""
-        defines = (*self.defines, *(define for kernel in self.step.kernels for define in kernel))
+        defines = (*self.defines, *self.kernels[0][1])
         return self.step.shader, defines, self.writes if self.step.kind == "raster" else ()
 
 

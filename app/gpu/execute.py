@@ -17,10 +17,10 @@ from .targets import Targets
 Rows = tuple[int, int]
 
 
-def program_key(programs: Programs, call: Call, scene: GpuScene) -> Key:
+def program_key(programs: Programs, call: Call, scene: GpuScene | None) -> Key:
     """What a call's program is filed under, with what this scene adds to its defines."""
     shader, defines, outputs = call.program
-    return programs.key(shader, (*defines, *scene.defines.items()) if call.step.scene else defines, outputs)
+    return programs.key(shader, (*defines, *scene.defines.items()) if call.step.scene and scene else defines, outputs)
 
 
 def formats(call: Call) -> Formats:
@@ -30,7 +30,7 @@ def formats(call: Call) -> Formats:
 
 
 def prepared(
-    programs: Programs, call: Call, targets: Targets, scene: GpuScene, frame_block: moderngl.Buffer
+    programs: Programs, call: Call, targets: Targets, scene: GpuScene | None, frame_block: moderngl.Buffer
 ) -> Compiled:
     """A call's program, compiled, checked against the pass, and bound to all that it reads and writes."""
     compiled = programs.get(*program_key(programs, call, scene))
@@ -41,14 +41,14 @@ def prepared(
 
 
 def execute(
-    ctx: moderngl.Context, call: Call, compiled: Compiled, targets: Targets, scene: GpuScene, rows: Rows
+    ctx: moderngl.Context, call: Call, compiled: Compiled, targets: Targets, scene: GpuScene | None, rows: Rows
 ) -> None:
     """Run what is prepared. A sliced pass covers `rows` of its grid, first and one past the last."""
     step = call.step
     if step.kind == "raster":
         _raster(ctx, call, compiled, targets, scene)
-    elif step.indirect:
-        buffer, offset = step.indirect
+    elif call.counts:
+        buffer, offset = call.counts
         compiled.program.run_indirect(targets.buffer(buffer), offset)
     else:
         grid = targets.texture(step.grid or call.writes[0])
@@ -56,7 +56,7 @@ def execute(
         compiled.program.run(math.ceil(grid.width / step.group[0]), math.ceil(height / step.group[1]))
 
 
-def try_out(ctx: moderngl.Context, call: Call, compiled: Compiled, targets: Targets, scene: GpuScene) -> None:
+def try_out(ctx: moderngl.Context, call: Call, compiled: Compiled, targets: Targets, scene: GpuScene | None) -> None:
     """Run as little of it as makes a driver compile all of it: one work group, or one triangle. A work list may be
     empty: its shader looks at the length.
     """
@@ -67,8 +67,9 @@ def try_out(ctx: moderngl.Context, call: Call, compiled: Compiled, targets: Targ
 
 
 def _raster(
-    ctx: moderngl.Context, call: Call, compiled: Compiled, targets: Targets, scene: GpuScene, vertices: int = -1
+    ctx: moderngl.Context, call: Call, compiled: Compiled, targets: Targets, scene: GpuScene | None, vertices: int = -1
 ) -> None:
+    assert scene is not None, "a raster pass draws a scene"
     targets.framebuffer(call.writes).use()
     ctx.enable_only(moderngl.DEPTH_TEST)
     scene.draw(compiled.program, vertices)

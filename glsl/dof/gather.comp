@@ -2,8 +2,8 @@
 // coverage, and what lies behind.
 // Reads: prefiltered (radiance; a: signed radius left to draw, px; half resolution), tiles_dilated (px, one texel per
 // 16x16 px), half_specular (luminance, half resolution, lit scenes only).
-// Writes: near_gather (premultiplied; a: coverage), far_gather (radiance behind the near layer; a: 1 where something
-// was found), near_specular (luminance, premultiplied, lit scenes only), half resolution.
+// Writes: far_gather (radiance behind the near layer; a: 1 where something was found); where anything is blurred before
+// focus near_gather (premultiplied; a: coverage) and, lit, near_specular (luminance, premultiplied); half resolution.
 // Method: scatter-as-gather of Jimenez 2014 with two differences. (1) A tap's weight is the part of the sample's splat
 // that falls into the tap's ring, exactly, which replaces sample alpha 1/(pi r^2) and its soft comparison: coverage is
 // right for every CoC under one kernel. (2) A sample shows with the CoC of the nearer of itself and the receiving
@@ -17,8 +17,10 @@
 layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_prefiltered;
 uniform sampler2D in_tiles_dilated;
-layout(rgba16f) uniform writeonly image2D out_near_gather;
 layout(rgba16f) uniform writeonly image2D out_far_gather;
+#if HAS_NEAR_GATHER
+layout(rgba16f) uniform writeonly image2D out_near_gather;
+#endif
 #if HAS_NEAR_SPECULAR
 uniform sampler2D in_half_specular;
 layout(r16f) uniform writeonly image2D out_near_specular;
@@ -99,7 +101,7 @@ vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
 
 void main() {
     ivec2 tile = listed_tile(textureSize(in_tiles_dilated, 0)), texel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
-    last = imageSize(out_near_gather) - 1;
+    last = imageSize(out_far_gather) - 1;
     if (tile.x < 0 || any(greaterThan(texel, last))) return;
     vec4 own = fetch_sample(in_prefiltered, texel);
     Near near = Near(vec4(0.0), 0.0, vec4(0.0));
@@ -116,7 +118,9 @@ void main() {
 #if FAR_LAYER
     if (own.a > HALF_RES_BEGIN_PX) behind = gather_far(texel, own, ring_count(0.5 * reach.y, RINGS), opening);
 #endif
+#if HAS_NEAR_GATHER
     imageStore(out_near_gather, texel, near.layer);
+#endif
     imageStore(out_far_gather, texel, behind.a > 0.0 ? vec4(behind.rgb / behind.a, 1.0) : vec4(own.rgb, 0.0));
 #if HAS_NEAR_SPECULAR
     imageStore(out_near_specular, texel, vec4(near.specular));

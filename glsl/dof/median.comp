@@ -1,7 +1,7 @@
 // Removes the gather's sampling noise without softening edges.
-// Reads: near_gather (premultiplied; a: coverage), far_gather (radiance; a: validity), half resolution; tiles_dilated
-// (px).
-// Writes: near_blur, far_blur, half resolution.
+// Reads: far_gather (radiance; a: validity) and, if there is a near layer, near_gather (premultiplied; a: coverage), half
+// resolution; tiles_dilated (px).
+// Writes: far_blur, near_blur, half resolution.
 // Method: 3x3 median per channel (Jimenez 2014, post filter). Only where the kernel's rings lie well apart is there
 // noise. A median keeps no mean: of the bokeh of a small light it would take 4 to 7 %. So what it takes away is given
 // back as the mean over 3x3 texels, and a picture keeps its light; on an edge it takes nothing, and blurs nothing.
@@ -11,11 +11,13 @@
 #include "dof/spacing.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;  // one tile
-uniform sampler2D in_near_gather;
 uniform sampler2D in_far_gather;
 uniform sampler2D in_tiles_dilated;
-layout(rgba16f) uniform writeonly image2D out_near_blur;
 layout(rgba16f) uniform writeonly image2D out_far_blur;
+#if HAS_NEAR_GATHER
+uniform sampler2D in_near_gather;
+layout(rgba16f) uniform writeonly image2D out_near_blur;
+#endif
 
 // Ring spacing above which the prefilter alone leaves taps visible.
 const float NOISY_SPACING_PX = 5.0;
@@ -46,11 +48,13 @@ vec4 filtered(sampler2D source, ivec2 texel, float radius, ivec2 last) {
 }
 
 void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy), last = imageSize(out_near_blur) - 1;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy), last = imageSize(out_far_blur) - 1;
     vec2 reach = fetch_finite(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)).xy;
-    vec4 near = filtered(in_near_gather, texel, -reach.x, last);
+    bool inside = all(lessThanEqual(texel, last));
     vec4 far = filtered(in_far_gather, texel, max(-reach.x, reach.y), last);
-    if (any(greaterThan(texel, last))) return;
-    imageStore(out_near_blur, texel, near);
-    imageStore(out_far_blur, texel, far);
+    if (inside) imageStore(out_far_blur, texel, far);
+#if HAS_NEAR_GATHER
+    vec4 near = filtered(in_near_gather, texel, -reach.x, last);
+    if (inside) imageStore(out_near_blur, texel, near);
+#endif
 }

@@ -1,7 +1,8 @@
 // Puts the blurred picture together at full resolution: what is sharp, what is blurred behind it, and the near layer
 // over both.
-// Reads: lit (radiance), coc (px), full resolution; near_blur (premultiplied; a: coverage), far_blur (radiance; a:
-// validity), half_color (a: CoC, px), near_specular (luminance, lit scenes only), half resolution; tiles_dilated (px).
+// Reads: lit (radiance), coc (px), full resolution; tiles_dilated (px); as far as anything is blurred at half resolution:
+// far_blur (radiance; a: validity), half_color (a: CoC, px), near_blur (premultiplied; a: coverage), near_specular
+// (luminance, lit scenes only).
 // Writes: post (radiance; a: specular luminance of the near layer, premultiplied); post_behind (radiance behind the
 //   near layer; a: 1 where anything was seen) if the hybrid reads it; full resolution.
 // Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC
@@ -15,10 +16,14 @@
 layout(local_size_x = 16, local_size_y = 16) in;  // one tile
 uniform sampler2D in_lit;
 uniform sampler2D in_coc;
-uniform sampler2D in_near_blur;
+uniform sampler2D in_tiles_dilated;
+#if HAS_FAR_BLUR && HAS_HALF_COLOR
 uniform sampler2D in_far_blur;
 uniform sampler2D in_half_color;
-uniform sampler2D in_tiles_dilated;
+#endif
+#if HAS_NEAR_BLUR
+uniform sampler2D in_near_blur;
+#endif
 layout(rgba16f) uniform writeonly image2D out_post;
 #if HAS_POST_BEHIND
 layout(rgba16f) uniform writeonly image2D out_post_behind;
@@ -29,6 +34,7 @@ uniform sampler2D in_near_specular;
 
 const float OTHER_SURFACE = 1e-3;  // weight of a texel of another surface: counts only if all four are
 
+#if NEAR_LAYER || FAR_LAYER
 // What lies behind the near layer at `pixel`, from half resolution; a: validity.
 vec4 upsampled(ivec2 pixel, float own) {
     ivec2 last = textureSize(in_far_blur, 0) - 1;
@@ -49,6 +55,7 @@ vec4 upsampled(ivec2 pixel, float own) {
     }
     return sum / weight;
 }
+#endif
 
 void store(ivec2 pixel, vec4 color, vec4 behind) {
     imageStore(out_post, pixel, color);

@@ -3,7 +3,8 @@
 // Writes: TileWork: per class the group counts of a dispatch of one group a tile, and how many tiles; then the lists
 //   one after the other, each with room for all tiles, x | y << 16.
 // Method: one invocation a tile appends it by an atomic; which place a tile gets differs from run to run, what is drawn
-// in it does not. Without TILE_CLASSES all are MIXED: one general kernel draws everything.
+// in it does not. Without TILE_CLASSES all are MIXED: one general kernel draws everything. NEAR_LAYER, FAR_LAYER: whether
+// the plan has what such tiles need.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "dof/tile_classes.glsl"
@@ -12,10 +13,17 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_tiles_dilated;
 layout(std430) buffer TileWork { uvec4 work[CLASSES]; uint tiles[]; };
 
+// A tile's reach as far as this plan has kernels for it: rounding must not put a tile into a list that nobody draws.
+vec2 layered(vec2 reach) {
+    if (NEAR_LAYER == 0) reach.x = max(reach.x, -HALF_RES_BEGIN_PX);
+    if (FAR_LAYER == 0) reach.y = min(reach.y, HALF_RES_BEGIN_PX);
+    return reach;
+}
+
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy), size = textureSize(in_tiles_dilated, 0);
     if (any(greaterThanEqual(tile, size))) return;
-    uint class_ = TILE_CLASSES == 1 ? tile_class(fetch_finite(in_tiles_dilated, tile).xy) : MIXED;
+    uint class_ = TILE_CLASSES == 1 ? tile_class(layered(fetch_finite(in_tiles_dilated, tile).xy)) : MIXED;
     uint slot = atomicAdd(work[class_].w, 1u);
     uvec2 needed = folded_groups(slot + 1u);
     atomicMax(work[class_].x, needed.x);

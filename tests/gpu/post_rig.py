@@ -26,12 +26,18 @@ class PostRig:
     """The post-process at one size (width, height) and one set of settings. Arrays are (h, w, c), bottom row first."""
 
     def __init__(
-        self, ctx: moderngl.Context, size: tuple[int, int], settings: Settings = UNLIT, max_coc_px: float = 40.0
+        self,
+        ctx: moderngl.Context,
+        size: tuple[int, int],
+        settings: Settings = UNLIT,
+        max_coc_px: float = 40.0,
+        facts: Facts | None = None,
     ) -> None:
         self.ctx, self.size, self.settings, self.max_coc_px = ctx, size, settings, max_coc_px
         self.targets, self.programs = Targets(ctx, size), Programs(ctx)
         self.block = ctx.buffer(reserve=FRAME.itemsize)
-        self.plan = plan((GIVEN, *POST), "post", settings, Facts(near_coc_px=max_coc_px, far_coc_px=max_coc_px))
+        facts = facts or Facts(near_coc_px=max_coc_px, far_coc_px=max_coc_px)
+        self.plan = plan((GIVEN, *POST), "post", settings, facts)
 
     def __enter__(self) -> PostRig:
         return self

@@ -8,11 +8,11 @@ import moderngl
 import numpy as np
 import pytest
 
-from app.frame.post import KERNELS
 from app.frame.targets import TILE_CLASSES, TILE_PX
 from app.gpu.shaders import load_glsl
 from app.optics import IN_FOCUS_COC_PX
-from app.settings import put
+from app.scene.facts import Facts
+from app.settings import Settings, put
 
 from .post_rig import UNLIT, PostRig
 
@@ -98,6 +98,35 @@ def test_the_kernels_are_listed_as_the_shader_numbers_them() -> None:
         "NEAR": NEAR,
         "FAR": FAR,
         "MIXED": MIXED,
-        "CLASSES": len(KERNELS),
+        "CLASSES": TILE_CLASSES,
     }
-    assert [dict(kernel)["TILE_CLASS"] for kernel in KERNELS] == list(range(TILE_CLASSES))
+
+
+BOUNDS = (0.0, IN_FOCUS_COC_PX, 1.9, 2.0, 2.1, 40.0)  # px: either side of where a path begins
+
+
+@pytest.mark.parametrize("slight", [True, False])
+@pytest.mark.parametrize("classes", [True, False])
+@pytest.mark.parametrize("near_px", BOUNDS)
+def test_what_cannot_be_is_left_out_and_the_picture_stays_the_same(
+    ctx: moderngl.Context, near_px: float, classes: bool, slight: bool
+) -> None:
+    """Kernels, targets and passes of layers that no circle of confusion reaches."""
+    options = put(put(Settings(), "post.slight_focus", slight), "post.tile_classes", classes)
+    lit = RNG.random((SIZE[1], SIZE[0], 4))
+    with PostRig(ctx, SIZE, options) as whole:
+        for far_px in BOUNDS:
+            if max(near_px, far_px) <= IN_FOCUS_COC_PX:
+                continue  # no post-process at all
+            circles = np.clip(islands() + RNG.uniform(-3.0, 3.0, SIZE[::-1]), -near_px, far_px)
+            with PostRig(ctx, SIZE, options, facts=Facts(near_coc_px=near_px, far_coc_px=far_px)) as planned:
+                np.testing.assert_array_equal(planned.run(lit, circles), whole.run(lit, circles))
+
+
+def test_rounding_leaves_no_tile_undrawn(ctx: moderngl.Context) -> None:
+    """A circle of confusion a little beyond what the facts allow: shown as if it were not."""
+    circles, lit = np.full(SIZE[::-1], -np.nextafter(np.float32(2.0), np.float32(3.0))), np.ones((*SIZE[::-1], 3))
+    circles[:, ::2] *= -1.0
+    with PostRig(ctx, SIZE, facts=Facts(near_coc_px=2.0, far_coc_px=2.0)) as rig:
+        np.testing.assert_allclose(rig.run(lit, circles)[..., :3], 1.0, atol=2.0**-10)
+        assert sum(map(len, lists(rig))) == 13 * 8
