@@ -8,10 +8,11 @@ and the list does not grow while one flies.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import Field, replace
 from enum import Enum
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 from ..errors import UserError
@@ -20,13 +21,13 @@ from ..scene.facts import Facts
 from ..settings import Settings, put, walk
 from .hybrid import RAYS_BEGIN_PX
 from .pipeline import VIEWS, frame_plan
+from .post import FULL_RES_PX
 from .records import Call
 from .targets import TARGETS
 
-_SLIGHT_PX = 0.5 * (IN_FOCUS_COC_PX + RAYS_BEGIN_PX)  # blurred, but not enough for rays
-_BLURRED_PX = 2.0 * RAYS_BEGIN_PX
-# (near, far) CoC radius in px: one pair of each class.
-LENSES = tuple(product((0.0, _SLIGHT_PX, _BLURRED_PX), (0.0, _BLURRED_PX)))
+_ENDS_PX = sorted({IN_FOCUS_COC_PX, FULL_RES_PX, RAYS_BEGIN_PX})  # where plans change, upwards
+_CLASSES_PX = (0.0, *(0.5 * (low + high) for low, high in pairwise(_ENDS_PX)), 2.0 * _ENDS_PX[-1])
+LENSES = tuple(product(_CLASSES_PX, repeat=2))  # (near, far) CoC radius in px: one pair of each class
 FEWEST_BLADES = 3  # of a polygon: the first count that is no circle
 
 
@@ -47,9 +48,7 @@ def within_one_step(view: str, settings: Settings, facts: Facts) -> Iterator[Cal
 
 def of_its_class(facts: Facts) -> Facts:
     """Facts that plan the same, and are equal wherever camera and lens are in the same class."""
-    far_px = _BLURRED_PX if facts.far_coc_px > IN_FOCUS_COC_PX else 0.0
-    near_px = _BLURRED_PX if facts.near_coc_px > RAYS_BEGIN_PX else _SLIGHT_PX
-    near_px = near_px if facts.near_coc_px > IN_FOCUS_COC_PX else 0.0
+    near_px, far_px = (_CLASSES_PX[bisect_left(_ENDS_PX, px)] for px in (facts.near_coc_px, facts.far_coc_px))
     return replace(facts, near_coc_px=near_px, far_coc_px=far_px)
 
 
