@@ -12,7 +12,7 @@ import numpy as np
 from .camera import Camera, Moment
 from .frame.pipeline import CONVERGING, LENS_POINTS, LENS_RAYS, VIEWS, frame_plan, linear_target
 from .frame.progress import Progress
-from .frame.records import Call, FramePlan
+from .frame.records import Call, Defines, FramePlan
 from .frame.targets import TARGETS
 from .gpu.bind import bind
 from .gpu.frame_block import FrameInputs, frame_block
@@ -252,10 +252,14 @@ class Renderer:
         return calls[next(i for i, call in enumerate(calls) if call.step.sliced) :] if continued else calls
 
     def _run(self, call: Call, inputs: FrameInputs) -> None:
-        step = call.step
-        if step.rays:
+        if call.step.rays:
             self.scene.ensure_bvh(self.progress_callback)
-        defines = (*call.defines, *self.scene.defines.items()) if step.scene else call.defines
+        for index, kernel in enumerate(call.step.kernels or ((),)):
+            self._run_kernel(call, inputs, index, kernel)
+
+    def _run_kernel(self, call: Call, inputs: FrameInputs, index: int, kernel: Defines) -> None:
+        step = call.step
+        defines = (*call.defines, *kernel, *(self.scene.defines.items() if step.scene else ()))
         compiled = self._programs.get(step.shader, defines, call.writes if step.kind == "raster" else ())
         check_names(call, compiled)
         bind(call, compiled, self._targets, self.scene, self._frame_buffer)
@@ -265,7 +269,7 @@ class Renderer:
             self.scene.draw(compiled.program)
         elif step.indirect:
             buffer, offset = step.indirect
-            compiled.program.run_indirect(self._targets.buffer(buffer), offset)
+            compiled.program.run_indirect(self._targets.buffer(buffer), offset + 16 * index)
         else:
             grid = self._targets.texture(step.grid or call.writes[0])
             rows = inputs.rows[1] - inputs.rows[0] if step.sliced else grid.height

@@ -81,6 +81,9 @@ class Post:
         off=False,
         quality=(False, True),
     )
+    tile_classes: bool = knob(
+        True, doc="Draw tiles by kind, each with a kernel that holds no more than it needs.", static=True, off=False
+    )
     median: bool = knob(
         True,
         doc="3x3 median after the gather, against its sampling noise.",

@@ -24,6 +24,7 @@ def lens_defines(settings: Settings, facts: Facts) -> Defines:
     return (
         ("BLADES", settings.lens.blades if settings.lens.blades >= 3 else 0),
         ("CAT_EYE", int(settings.lens.cat_eye > 0.0)),
+        ("ABERRATION", int(settings.lens.spherical_aberration != 0.0)),
     )
 
 
@@ -37,6 +38,11 @@ def layer_defines(settings: Settings, facts: Facts) -> Defines:
     return (*gather_defines(settings, facts), ("SLIGHT_FOCUS", int(settings.post.slight_focus)))
 
 
+def tile_defines(settings: Settings, facts: Facts) -> Defines:
+    """Whether tiles are told apart, and where their classes meet."""
+    return (("TILE_CLASSES", int(settings.post.tile_classes)), ("SLIGHT_FOCUS", int(settings.post.slight_focus)))
+
+
 def median_defines(settings: Settings, facts: Facts) -> Defines:
     """Whether the 3x3 median filters or just passes on."""
     return (("MEDIAN", int(settings.post.median)), ("RINGS", settings.post.rings))
@@ -46,6 +52,13 @@ def specular(settings: Settings, facts: Facts) -> bool:
     """Whether there is any specular light to keep apart."""
     return lit(settings)
 
+
+def _kernel(index: int, blurred: int, near: int, far: int) -> Defines:
+    return ("TILE_CLASS", index), ("BLURRED", blurred), ("NEAR_LAYER", near), ("FAR_LAYER", far)
+
+
+# Of the classes in dof/tile_classes.glsl, in their order: sharp, slight, near, far, mixed.
+KERNELS = (_kernel(0, 0, 0, 0), _kernel(1, 1, 0, 0), _kernel(2, 1, 1, 0), _kernel(3, 1, 0, 1), _kernel(4, 1, 1, 1))
 
 POST = (
     Pass("kernel", "dof/kernel.comp", writes=("kernel",), needed=blurred, defines=lens_defines),
@@ -65,6 +78,15 @@ POST = (
         writes=("tiles_dilated",),
         defines=lambda s, f: (("AXIS", 1),),
         needed=blurred,
+    ),
+    Pass(
+        "tile_lists",
+        "dof/tile_lists.comp",
+        reads=("tiles_dilated",),
+        fills=("TileWork",),
+        grid="tiles_dilated",
+        needed=blurred,
+        defines=tile_defines,
     ),
     Pass(
         "downsample",
@@ -87,6 +109,9 @@ POST = (
         "dof/gather.comp",
         reads=("prefiltered", "tiles_dilated", "kernel"),
         optional=("half_specular",),
+        buffers=("TileWork",),
+        indirect=("TileWork", 0),
+        kernels=KERNELS,
         writes=("near_gather", "far_gather"),
         writes_if=(("near_specular", specular),),
         needed=blurred,
@@ -105,6 +130,9 @@ POST = (
         "dof/post.comp",
         reads=("lit", "coc", "near_blur", "far_blur", "half_color", "tiles_dilated", "kernel"),
         optional=("near_specular",),
+        buffers=("TileWork",),
+        indirect=("TileWork", 0),
+        kernels=KERNELS,
         writes=("post",),
         offers=("post_behind",),
         needed=blurred,

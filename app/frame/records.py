@@ -93,6 +93,7 @@ class Pass:
     grid: str = ""
     group: tuple[int, int] = (8, 8)
     indirect: tuple[str, int] | None = None  # (buffer, byte offset of three group counts) instead of a grid
+    kernels: tuple[Defines, ...] = ()  # with `indirect`: one program and dispatch each, group counts 16 bytes apart
     needed: Callable[[Settings, Facts], Need] = always
     defines: Callable[[Settings, Facts], Defines] = no_defines
     writes_if: tuple[tuple[str, Callable[[Settings, Facts], bool]], ...] = ()  # outputs that exist only for some scenes

@@ -6,6 +6,7 @@ from .records import Buffer, Target
 
 # full-resolution px per side of a tile: small enough to class finely, large enough that a tile costs one work group
 TILE_PX = 16
+TILE_CLASSES = 5  # kinds of tiles that the post-process tells apart: dof/tile_classes.glsl
 
 # most rings of a gather's kernel; row n of the target `kernel` holds the taps of one of n rings, twice: glsl/lib/kernel.glsl
 MOST_RINGS = 8
@@ -87,6 +88,7 @@ TARGETS: dict[str, Target] = {
 BUFFERS: dict[str, Buffer] = {
     b.name: b
     for b in (
+        Buffer("TileWork", "per class of tiles (dof/tile_classes.glsl) three group counts and the tile count; then its tiles, x | y << 16", header=16 * TILE_CLASSES, bytes_per_pixel=4 * TILE_CLASSES, scale=TILE_PX),
         Buffer("MaskReach", "largest reach of an edge, half-res px", header=16),
         Buffer("RayHistogram", "masked pixels per weight in the ray budget, one count per step of 1/255", header=1024),
         Buffer("RayBudget", "rays that a step of weight is worth", header=16),

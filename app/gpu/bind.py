@@ -12,11 +12,14 @@ from .targets import Targets
 FRAME_BINDING = 0  # uniform block binding of FrameBlock
 
 
-def bind(call: Call, compiled: Compiled, targets: Targets, scene: GpuScene, frame_block: moderngl.Buffer) -> None:
+def bind(
+    call: Call, compiled: Compiled, targets: Targets, scene: GpuScene | None, frame_block: moderngl.Buffer
+) -> None:
     """Bind targets, last frame's targets, the scene's textures and storage blocks, and the frame's uniform block."""
     _bind_samplers(call, compiled, targets, scene)
     _bind_images(call, compiled, targets)
-    blocks = {name: targets.buffer(name) for name in (*call.step.buffers, *call.step.fills)} | scene.blocks
+    blocks = {name: targets.buffer(name) for name in (*call.step.buffers, *call.step.fills)}
+    blocks |= scene.blocks if scene else {}
     for binding, name in enumerate(sorted(compiled.active & blocks.keys())):
         compiled.program[name].binding = binding
         blocks[name].bind_to_storage_buffer(binding)
@@ -25,10 +28,10 @@ def bind(call: Call, compiled: Compiled, targets: Targets, scene: GpuScene, fram
         frame_block.bind_to_uniform_block(FRAME_BINDING)
 
 
-def _bind_samplers(call: Call, compiled: Compiled, targets: Targets, scene: GpuScene) -> None:
+def _bind_samplers(call: Call, compiled: Compiled, targets: Targets, scene: GpuScene | None) -> None:
     samplers = {f"in_{name}": targets.texture(target) for name, target in call.reads}
     samplers |= {f"prev_{target}": targets.texture(target, previous=True) for target in call.step.history}
-    samplers |= scene.samplers
+    samplers |= scene.samplers if scene else {}
     for unit, name in enumerate(name for name in samplers if name in compiled.active):
         samplers[name].use(unit)
         compiled.program[name] = unit

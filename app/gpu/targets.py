@@ -74,7 +74,7 @@ class Targets:
     def begin_buffer(self, name: str) -> None:
         """Zero a block's header (a dispatch header starts as 0, 1, 1 groups) before the frame's first use."""
         header = BUFFERS[name].header
-        self.buffer(name).write(DISPATCH_HEADER if BUFFERS[name].bytes_per_pixel else bytes(header))
+        self.buffer(name).write(DISPATCH_HEADER * (header // 16) if BUFFERS[name].bytes_per_pixel else bytes(header))
 
     def framebuffer(self, names: tuple[str, ...]) -> moderngl.Framebuffer:
         """A cleared framebuffer over the given targets, with a depth attachment; depth reads SKY_DEPTH where nothing is

@@ -8,12 +8,13 @@
 // that falls into the tap's ring, exactly, which replaces sample alpha 1/(pi r^2) and its soft comparison: coverage is
 // right for every CoC under one kernel. (2) A sample shows with the CoC of the nearer of itself and the receiving
 // texel, which draws the silhouette between them (lib/splat.glsl).
+// A class of tiles at a time (tile_classes.glsl), with the layers that its tiles can have: NEAR_LAYER, FAR_LAYER.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
-#include "dof/layers.glsl"
+#include "dof/listed_tile.glsl"
 #include "dof/taps.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;  // 8x8 half-res texels are one tile: its extent is uniform
+layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_prefiltered;
 uniform sampler2D in_tiles_dilated;
 layout(rgba16f) uniform writeonly image2D out_near_gather;
@@ -97,19 +98,24 @@ vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
 }
 
 void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 tile = listed_tile(textureSize(in_tiles_dilated, 0)), texel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
     last = imageSize(out_near_gather) - 1;
-    vec2 reach = fetch_finite(in_tiles_dilated, ivec2(gl_WorkGroupID.xy)).xy;
+    if (tile.x < 0 || any(greaterThan(texel, last))) return;
     vec4 own = fetch_sample(in_prefiltered, texel);
-
-    if (any(greaterThan(texel, last))) return;
-    Opening opening = opening_at(2.0 * (vec2(texel) + 0.5));
     Near near = Near(vec4(0.0), 0.0, vec4(0.0));
-    if (-reach.x > HALF_RES_BEGIN_PX) {
-        near = gather_near(texel, own, reach.x, ring_count(-0.5 * reach.x, RINGS), opening);
-    }
-    vec4 behind = near_layer_share(own.a) > 0.0 ? near.behind : vec4(own.rgb, 1.0);
+    vec4 behind = vec4(own.rgb, 1.0);
+#if NEAR_LAYER || FAR_LAYER
+    vec2 reach = fetch_finite(in_tiles_dilated, tile).xy;
+    Opening opening = opening_at(2.0 * (vec2(texel) + 0.5));
+#endif
+#if NEAR_LAYER
+    float nearest = min(reach.x, 0.0);
+    near = gather_near(texel, own, nearest, ring_count(-0.5 * nearest, RINGS), opening);
+    if (near_layer_share(own.a) > 0.0) behind = near.behind;
+#endif
+#if FAR_LAYER
     if (own.a > HALF_RES_BEGIN_PX) behind = gather_far(texel, own, ring_count(0.5 * reach.y, RINGS), opening);
+#endif
     imageStore(out_near_gather, texel, near.layer);
     imageStore(out_far_gather, texel, behind.a > 0.0 ? vec4(behind.rgb / behind.a, 1.0) : vec4(own.rgb, 0.0));
 #if HAS_NEAR_SPECULAR

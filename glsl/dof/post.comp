@@ -6,13 +6,13 @@
 //   near layer; a: 1 where anything was seen) if the hybrid reads it; full resolution.
 // Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC
 // (joint bilateral upsampling, Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
+// A class of tiles at a time (tile_classes.glsl), with what its tiles can hold: BLURRED, NEAR_LAYER, FAR_LAYER.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
-#include "lib/coc.glsl"
-#include "dof/layers.glsl"
+#include "dof/listed_tile.glsl"
 #include "dof/slight_focus.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;  // a quarter of a tile: what is read from the tile is uniform
+layout(local_size_x = 16, local_size_y = 16) in;  // one tile
 uniform sampler2D in_lit;
 uniform sampler2D in_coc;
 uniform sampler2D in_near_blur;
@@ -58,38 +58,37 @@ void store(ivec2 pixel, vec4 color, vec4 behind) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_post);
-    bool inside = all(lessThan(pixel, size));
-    vec2 reach = fetch_finite(in_tiles_dilated, ivec2(gl_WorkGroupID.xy) / 2).xy;
-    ivec2 nearest = min(pixel, size - 1);
-    vec4 sharp = fetch_light(in_lit, nearest);
-    if (max(-reach.x, reach.y) <= IN_FOCUS_COC_PX) {
-        if (inside) store(pixel, vec4(sharp.rgb, 0.0), vec4(sharp.rgb, 1.0));
-        return;
-    }
-    float own = gathered_coc(fetch_finite(in_coc, nearest).r, frame.max_coc_px);
-    float half_res = smoothstep(HALF_RES_BEGIN_PX, HALF_RES_END_PX, abs(own));
+    ivec2 tile = listed_tile(textureSize(in_tiles_dilated, 0)), pixel = 16 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0 || any(greaterThanEqual(pixel, imageSize(out_post)))) return;
+    vec4 sharp = fetch_light(in_lit, pixel);
     vec3 behind = sharp.rgb;
-    float validity = 1.0;
+    float validity = 1.0, specular = 0.0;
+    vec4 near = vec4(0.0);
+#if BLURRED
+    vec2 reach = fetch_finite(in_tiles_dilated, tile).xy;
+    float own = gathered_coc(fetch_finite(in_coc, pixel).r, frame.max_coc_px);
+    float half_res = smoothstep(HALF_RES_BEGIN_PX, HALF_RES_END_PX, abs(own));
 #if SLIGHT_FOCUS
     float radius = max(min(abs(own), HALF_RES_END_PX), clamp(-reach.x, 0.0, HALF_RES_END_PX));
-    if (half_res < 1.0 && radius > IN_FOCUS_COC_PX) behind = slight_focus(in_lit, in_coc, nearest, own, radius);
+    if (half_res < 1.0 && radius > IN_FOCUS_COC_PX) behind = slight_focus(in_lit, in_coc, pixel, own, radius);
 #endif
+#endif
+#if NEAR_LAYER || FAR_LAYER
     if (half_res > 0.0) {
         vec4 blurred = upsampled(pixel, own);
         behind = mix(behind, blurred.rgb, half_res);
         validity = mix(1.0, blurred.a, half_res);
     }
-    if (!inside) return;
+#endif
+#if NEAR_LAYER
     vec2 uv = (vec2(pixel) + 0.5) * 0.5 / vec2(textureSize(in_near_blur, 0));
-    vec4 near = -reach.x > HALF_RES_BEGIN_PX ? finite_radiance(textureLod(in_near_blur, uv, 0.0)) : vec4(0.0);
+    near = finite_radiance(textureLod(in_near_blur, uv, 0.0));
+#if HAS_NEAR_SPECULAR
+    specular = finite_radiance(textureLod(in_near_specular, uv, 0.0)).r;
+#endif
+#endif
     // Where nothing behind the near layer was seen, the near layer is all there is to show.
     float open = max(1.0 - near.a, 0.0) * validity;
     vec3 color = (near.rgb + open * behind) / max(near.a + open, 1e-6);
-#if HAS_NEAR_SPECULAR
-    float specular = -reach.x > HALF_RES_BEGIN_PX ? finite_radiance(textureLod(in_near_specular, uv, 0.0)).r : 0.0;
-#else
-    float specular = 0.0;
-#endif
     store(pixel, vec4(color, specular), vec4(behind, validity));
 }

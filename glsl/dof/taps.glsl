@@ -66,7 +66,11 @@ float openness(vec2 point, float gauge, vec2 shift) {
 }
 #else
 Opening opening_at(vec2 image_px) {
+#if ABERRATION
     float s = frame.lens_aberration;
+#else
+    const float s = 0.0;
+#endif
     return Opening(vec2(0.0), vec2(0.0), s, lens_spread(BLADES, frame.lens_anamorphic, s));
 }
 #endif
@@ -106,7 +110,11 @@ Tap tap_at(int i, Ring ring, Opening opening) {
 
 // Share of the light of a splat of squared radius `radius2` [px^2] that lands on a tap.
 float tap_light(float radius2, Ring ring, Tap tap, Opening opening) {
+#if CAT_EYE || ABERRATION
     float fitted = fitted_px2(radius2, ring.spacing, opening.aberration);
+#else
+    float fitted = fitted_even_px2(radius2, ring.spacing);
+#endif
 #if CAT_EYE
     vec2 parts = ring_area(ring.inner2, ring.outer2, fitted) * tap.weight;
     return mix(parts.x, parts.y, opening.aberration);

@@ -59,6 +59,14 @@ float fitted_px2(float radius2, float spacing, float s) {
     return unit2 / clamp(y, 1.0 / b, 1.0 / a);
 }
 
+// The same of an even splat, s = 0, for which the quadratic is a line: y = (a + b - t) / (a b).
+float fitted_even_px2(float radius2, float spacing) {
+    float unit2 = spacing * spacing, t = radius2 / unit2, j = ceil(sqrt(t) - 0.5);
+    if (j < 2.0) return radius2;
+    float a = (j - 0.5) * (j - 0.5), b = (j + 0.5) * (j + 0.5);
+    return unit2 * clamp(a * b / max(a + b - t, 1e-6), a, b);
+}
+
 // 1 for a sample that belongs to the blurred near layer, 0 from the in-focus zone backwards, smooth between |coc| =
 // begin and end.
 float front_share(float coc, float begin, float end) {

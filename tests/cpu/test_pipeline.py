@@ -27,7 +27,8 @@ EVERYTHING = Facts(
     near_coc_px=20.0, far_coc_px=20.0, textured=True, normal_mapped=True, emissive=True, alpha_masked=True, lights=2,
     sun=True, objects=True, camera_moved=True, objects_moved=True,
 )  # fmt: skip
-BRANCHES = ("lens.blades", "lens.cat_eye", "overlay.focus_plane")  # compiled in as well, for speed
+# compiled in as well, for speed
+BRANCHES = ("lens.blades", "lens.cat_eye", "lens.spherical_aberration", "overlay.focus_plane")
 COMPILED = {p: v for p, leaf, v in walk(Settings()) if leaf.metadata["static"] or p in BRANCHES}
 ENUMS = ("shading.mode", "shading.tone_map")
 SHOWN = sorted(set(TARGETS) - {"display", "resolved"})

@@ -12,10 +12,12 @@ from app.frame.post import POST
 from app.frame.records import Call, Pass, split_read
 from app.frame.targets import TARGETS
 from app.gpu.layout import FRAME
-from app.gpu.programs import Programs, check_names
+from app.gpu.programs import Programs
 from app.gpu.targets import Targets
 from app.scene.facts import Facts
 from app.settings import Settings
+
+from .dispatch import run_call
 
 _NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
 PASSES = {step.name: step for step in (*POST, *HYBRID)}
@@ -59,7 +61,6 @@ class HybridRig:
         for name in ("kernel", *names):
             self._run(PASSES[name])
             self._given |= {*PASSES[name].writes}
-            self._ctx.memory_barrier()
 
     def swap(self) -> None:
         """End of frame: what was written becomes history."""
@@ -102,22 +103,4 @@ class HybridRig:
         reads = tuple(split_read(r) for r in (*step.reads, *present))
         has = tuple((f"HAS_{split_read(r)[0].upper()}", int(r in present)) for r in step.optional)
         call = Call(step, reads, step.writes, (*step.defines(self.settings, facts), *has), "")
-        compiled = self.programs.get(step.shader, call.defines)
-        check_names(call, compiled)
-        textures = {f"in_{name}": self.targets.texture(target) for name, target in reads}
-        textures |= {f"prev_{t}": self.targets.texture(t, previous=True) for t in step.history}
-        for unit, (name, texture) in enumerate(textures.items()):
-            texture.use(unit)
-            if name in compiled.active:
-                compiled.program[name] = unit
-        for image, target in enumerate(step.writes):
-            self.targets.texture(target).bind_to_image(image, read=False, write=True)
-            compiled.program[f"out_{target}"] = image
-        for binding, name in enumerate((*step.buffers, *step.fills)):
-            self.targets.buffer(name).bind_to_storage_buffer(binding)
-            compiled.program[name].binding = binding
-        if "FrameBlock" in compiled.active:
-            compiled.program["FrameBlock"].binding = 0
-            self._block.bind_to_uniform_block(0)
-        grid = self.targets.texture(step.grid or step.writes[0])
-        compiled.program.run(-(-grid.width // step.group[0]), -(-grid.height // step.group[1]))
+        run_call(self._ctx, call, self.programs, self.targets, self._block)

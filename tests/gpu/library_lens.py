@@ -136,6 +136,8 @@ CASES = {
         )
     },
     "work_list": {
+        "folded_groups": Case("uvec2 folded_groups(uint n)", rest.folded_groups, (integers(0, 2**30),)),
+        "group_of": Case("uint group_of(uvec2 g)", rest.group_of, ((integers(0, 32767), integers(0, 1023)),)),
         "groups_over": Case("uvec2 groups_over(uint n)", rest.groups_over, (integers(0, 2**31),)),
         "item_of": Case(
             "uint item_of(uvec2 g, uint l)", rest.item_of, ((integers(0, 32767), integers(0, 1023)), integers(0, 63))

@@ -109,6 +109,14 @@ CASES = {
             relative=1e-3 / EPS,
             extra="float fitted(float ratio, float d, float s) { return fitted_px2((ratio * d) * (ratio * d), d, s); }",
         ),
+        "fitted_even_px2": Case(
+            "float fitted(float ratio, float d)",
+            lambda ratio, d: twin.fitted_even_px2((ratio * d) ** 2, d),
+            (edges(0.0, 9.0), edges(0.01, LARGEST_PX)),
+            lambda ratio, d: np.where(np.abs(ratio - 1.5) < 8 * EPS, 0.05 * (ratio * d) ** 2, 0.0),
+            relative=1e-3 / EPS,
+            extra="float fitted(float ratio, float d) { return fitted_even_px2((ratio * d) * (ratio * d), d); }",
+        ),
         "front_share": Case(
             "float front_share(float c, float a, float b)", twin.front_share, (COC[np.isfinite(COC)], 2.0, 4.0), ulps(8)
         ),

@@ -105,12 +105,20 @@ def add_sample(mean: ArrayLike, withheld: ArrayLike, value: ArrayLike) -> Array:
     return np.concatenate([mean[..., :3] + (value - mean[..., :3]) / count - withheld, count], -1)
 
 
-def groups_over(items: ArrayLike) -> NDArray[np.int64]:
-    """(n, 2) groups along x and y: a row, then as many rows as it takes."""
-    groups = -(-np.asarray(items, np.int64) // GROUP_ITEMS)
+def folded_groups(groups: ArrayLike) -> NDArray[np.int64]:
+    """(n, 2) along x and y: a row, then as many rows as it takes."""
+    groups = np.asarray(groups, np.int64)
     return np.stack([np.minimum(groups, ROW_GROUPS), -(-groups // ROW_GROUPS)], -1)
 
 
-def item_of(group: ArrayLike, lane: ArrayLike) -> NDArray[np.int64]:
+def group_of(group: ArrayLike) -> NDArray[np.int64]:
     x, y = np.moveaxis(np.asarray(group, np.int64), -1, 0)
-    return (ROW_GROUPS * y + x) * GROUP_ITEMS + np.asarray(lane, np.int64)
+    return ROW_GROUPS * y + x
+
+
+def groups_over(items: ArrayLike) -> NDArray[np.int64]:
+    return folded_groups(-(-np.asarray(items, np.int64) // GROUP_ITEMS))
+
+
+def item_of(group: ArrayLike, lane: ArrayLike) -> NDArray[np.int64]:
+    return group_of(group) * GROUP_ITEMS + np.asarray(lane, np.int64)

@@ -9,12 +9,14 @@ import numpy as np
 
 from app.frame.plan import plan
 from app.frame.post import POST
-from app.frame.records import Call, Pass
+from app.frame.records import Pass
 from app.gpu.layout import FRAME
-from app.gpu.programs import Programs, check_names
+from app.gpu.programs import Programs
 from app.gpu.targets import Targets
 from app.scene.facts import Facts
 from app.settings import Settings, ShadingMode, put
+
+from .dispatch import run_call
 
 GIVEN = Pass("given", "", writes=("lit", "coc"))
 UNLIT = put(Settings(), "shading.mode", ShadingMode.UNLIT)
@@ -47,9 +49,10 @@ class PostRig:
         self.targets.texture("lit").write(radiance.tobytes())
         self.targets.texture("coc").write(coc.astype(np.float32).tobytes())
         self.block.write(self._frame(frame_index).tobytes())
+        for name in {block for call in self.plan.calls for block in call.step.fills}:
+            self.targets.begin_buffer(name)
         for call in self.plan.calls[1:]:
-            self._call(call)
-            self.ctx.memory_barrier()
+            run_call(self.ctx, call, self.programs, self.targets, self.block)
         return self.read("post")
 
     def mean(self, lit: np.ndarray, coc: np.ndarray, frames: int) -> np.ndarray:
@@ -68,19 +71,3 @@ class PostRig:
         block["lens_anamorphic"], block["lens_rotation"] = lens.anamorphic, math.radians(lens.rotation)
         block["lens_aberration"], block["lens_cat_eye"] = lens.spherical_aberration, lens.cat_eye
         return block
-
-    def _call(self, call: Call) -> None:
-        compiled = self.programs.get(call.step.shader, call.defines)
-        check_names(call, compiled)
-        for unit, (name, target) in enumerate(call.reads):
-            if f"in_{name}" in compiled.active:
-                self.targets.texture(target).use(unit)
-                compiled.program[f"in_{name}"] = unit
-        for unit, target in enumerate(call.writes):
-            self.targets.texture(target).bind_to_image(unit, read=False, write=True)
-            compiled.program[f"out_{target}"] = unit
-        if "FrameBlock" in compiled.active:
-            compiled.program["FrameBlock"].binding = 0
-            self.block.bind_to_uniform_block(0)
-        grid = self.targets.texture(call.writes[0])
-        compiled.program.run(math.ceil(grid.width / call.step.group[0]), math.ceil(grid.height / call.step.group[1]))

@@ -69,6 +69,10 @@ def fitted_px2(radius2: ArrayLike, spacing: ArrayLike, s: ArrayLike) -> Array:
     return np.where(j < 2.0, radius2, unit2 / np.clip(y, 1.0 / b, 1.0 / a))
 
 
+def fitted_even_px2(radius2: ArrayLike, spacing: ArrayLike) -> Array:
+    return fitted_px2(radius2, spacing, 0.0)
+
+
 def front_share(coc: ArrayLike, begin: ArrayLike, end: ArrayLike) -> Array:
     return smoothstep(begin, end, -np.asarray(coc, float))
 
