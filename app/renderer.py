@@ -215,6 +215,8 @@ class Renderer:
             self._targets.reserve(plan.targets)
             if self.plan is None or [c.step.name for c in plan.calls] != [c.step.name for c in self.plan.calls]:
                 self.profiler.reset()
+            for target in plan.histories - (self.plan.histories if self.plan else frozenset()):
+                self._targets.clear(target, previous=True)  # what it holds is older than last frame
             self.plan, self._plan_key = plan, key
         assert self.plan is not None
         return self.plan

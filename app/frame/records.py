@@ -138,6 +138,11 @@ class FramePlan:
             t for call in self.calls for t in (*(t for _, t in call.reads), *call.writes, *call.step.history)
         )
 
+    @property
+    def histories(self) -> frozenset[str]:
+        """Targets whose value of the last frame it reads."""
+        return frozenset(t for call in self.calls for t in call.step.history)
+
 
 def split_read(read: str) -> tuple[str, str]:
     """("color", "lit") from "color=lit"; ("depth", "depth") from "depth"."""

@@ -92,9 +92,9 @@ class Targets:
             self._framebuffers["depth",].clear(SKY_DEPTH, 0.0, 0.0, 0.0)
         return self._framebuffers[names]
 
-    def clear(self, name: str) -> None:
-        """Zero every texel of a target."""
-        texture = self.texture(name)
+    def clear(self, name: str, previous: bool = False) -> None:
+        """Zero every texel of a target, or of its value in the last frame."""
+        texture = self.texture(name, previous)
         if texture.glo not in self._clearers:
             self._clearers[texture.glo] = self._ctx.framebuffer([texture])
         self._clearers[texture.glo].clear()
