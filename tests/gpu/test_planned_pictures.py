@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -34,7 +33,6 @@ from .small_scenes import about, checker, moving, quad, scene_of
 SIZE = (63, 37)  # no multiple of two, of a tile or of a work group
 FRAMES = 3  # with history, jitter, and a time that goes on where something moves
 VIEWS = ("post", "hybrid", "sharp", "lit", "reference")
-SOAK = 400
 SUN = Light("sun", (1.0, 1.0, 1.0), 3.0, direction=(0.3, -0.8, -0.5))
 
 
@@ -193,16 +191,53 @@ def compared(renderer: Renderer, places: dict[str, Place]) -> Compared:
 
 
 def test_nothing_is_missed(compared: Compared, soak: bool) -> None:
-    """One rounding: `lit` as it is against `post` that passes it on sharp."""
-    seen, worst = Counter[str](), Counter[str]()
+    """To the bit on Mesa's rasteriser; one rounding is granted to compilers, which see another program."""
 
-    @settings(max_examples=SOAK if soak else 25, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=2000 if soak else 25, deadline=None, suppress_health_check=list(HealthCheck))
     @given(look=looks, view=st.sampled_from(VIEWS))
     def tried(look: Look, view: str) -> None:
-        steps, missing = compared(look, view)
-        seen.update(missing | {view})
-        worst[f"{view} {steps}"] += 1
+        steps, _ = compared(look, view)
         assert steps <= 1.0
 
     tried()
-    print(seen, worst)
+
+
+AHEAD = Look("corners", (0.5, 0.4, 0.7), (0.5, 0.4, 0.1), 15.0, 0.05, 0.3, False, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("view", "look", "missing"),
+    [
+        ("post", replace(AHEAD, aperture=1e-4), {"gather", "coc"}),  # everything within focus
+        ("hybrid", replace(AHEAD, focus=1.0, by_nearest=True), {"trace", "scout"}),  # nothing nearer
+        ("lit", AHEAD, {"ALPHA_MASKED", "NORMAL_MAPPED"}),  # the panes stand to either side
+        ("reference", replace(AHEAD, target=(0.75, 0.4, 0.1)), {"ALPHA_MASKED"}),
+        ("sharp", replace(AHEAD, target=(0.2, 0.4, 0.1)), {"NORMAL_MAPPED"}),
+        ("hybrid", replace(AHEAD, focus=2.0, by_nearest=True), set()),
+    ],
+)
+def test_what_cannot_be_seen_is_left_out(compared: Compared, view: str, look: Look, missing: set[str]) -> None:
+    steps, left = compared(look, view)
+    assert left >= missing
+    assert steps <= 1.0
+    if not missing:
+        assert "trace" not in left
+
+
+def test_what_only_the_lens_sees_is_traced(renderer: Renderer, ctx: moderngl.Context) -> None:
+    """A bright pane before focus, beside the pinhole's view: half the lens sees it past the picture's rim."""
+    panes = [quad((-9, -9, -8), (18, 0, 0), (0, 18, 0)), quad((0.25, -1, -0.4), (1, 0, 0), (0, 2, 0), 1)]
+    made = scene_of(panes, [Material((0.1, 0.1, 0.1, 1.0)), Material(emissive=(5.0, 5.0, 5.0))])
+    triangles = flatten(made)
+    scene = GpuScene(ctx, made, triangles, partial(scene_tree, triangles, build_bvh))
+    lens = put(put(Settings(), "lens.aperture", 0.3), "lens.focus_distance", 4.0)
+    camera = look_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), fov_y_deg=30.0)
+    renderer.reset()
+    renderer.scene = scene
+    pictures = {}
+    for view in ("post", "hybrid"):
+        for _ in range(FRAMES):
+            renderer.draw(view, camera, lens)
+        pictures[view] = renderer.linear()
+    scene.release()
+    assert (pictures["hybrid"] - pictures["post"])[:, -8:].mean() > 0.1
