@@ -71,8 +71,9 @@ def _kind(material: Material) -> int:
 def _pieces(triangles: Triangles, kinds: Kinds, chosen: Index) -> tuple[F64, F64, Kinds]:
     """Corners (k, 3) and kinds (k,) of boxes around runs of triangles or single ones, m, from the scene's origin."""
     chosen = chosen[np.argsort(kinds[chosen], kind="stable")]  # few runs of more than one kind
-    kinds, corners = kinds[chosen], triangles.positions[triangles.indices[chosen]].astype(np.float64)
-    low, high = (pick(pick(corners[:, 0], corners[:, 1]), corners[:, 2]) for pick in (np.minimum, np.maximum))
+    kinds = kinds[chosen]
+    a, b, c = (triangles.positions[triangles.indices[chosen, i]] for i in range(3))
+    low, high = (pick(pick(a, b), c) for pick in (np.minimum, np.maximum))
     length = -(-len(chosen) // MOST_RUNS)
     if length <= 1:
         return low, high, kinds
