@@ -184,6 +184,14 @@ def test_what_is_beside_or_behind_is_not_seen() -> None:
     assert looks[2].nearest == pytest.approx(3.0, rel=1e-4)
 
 
+def test_a_wall_behind_ones_back_is_not_seen() -> None:
+    """Askew to the view, it crosses the lens' plane, and every side of the picture on its own lets it in."""
+    wall = single_box((-3.0, -2.0, 0.05), (3.0, 2.0, 0.05))
+    camera = look_at((0.0, 0.0, 0.0), (0.3, -0.1, -1.0), fov_y_deg=60.0)
+    assert sight(wall, camera, PINHOLE, SIZE, 0.02).nearest == math.inf
+    assert sight(wall, camera, Lens(aperture=0.4, focus_distance=2.0), SIZE, 0.02).nearest < 0.1  # the lens reaches it
+
+
 def test_a_moving_object_is_where_it_may_be_at_any_time() -> None:
     near = [quad((-0.5, -0.5, -5), (1, 0, 0), (0, 1, 0)), quad((-0.5, -0.5, -9), (1, 0, 0), (0, 1, 0), 1)]
     scene = moving(scene_of(near, MATERIALS), 1, slide=[(0, 0, 0), (0, 0, 7), (0, 0, 0)])
