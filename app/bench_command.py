@@ -163,7 +163,7 @@ class _Runs:
         own = viewpoints(scene, (low, high))[0]
         viewpoint = read_viewpoint(subject.camera_file) if subject.camera_file else own
         settings = focused(Settings(), viewpoint, self._given)
-        renderer = Renderer(self._ctx, gpu, self._effort.size, seed=self._effort.seed)
+        renderer = Renderer(self._ctx, gpu, self._effort.size, seed=self._effort.seed, share_memory=True)
         digest = scene_digest(scene)
         truth = reference(
             self._ctx,

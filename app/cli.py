@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from . import commands, presets, tune_command
+from . import commands, info_command, plan_command, presets, tune_command
 from .errors import UserError
 from .frame.pipeline import VIEWS
 from .scene.gallery import DEFAULT
@@ -43,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         options = _parsed(arguments)
         if "preset" in options:
             presets.resolve(options, DEFAULT_VIEW)
-        module = tune_command if options.command == "tune" else commands
+        module = {"plan": plan_command, "tune": tune_command, "info": info_command}.get(options.command, commands)
         code = int(getattr(module, options.command)(options) or 0)
         sys.stdout.flush()
         return code
@@ -123,7 +123,7 @@ def parser() -> argparse.ArgumentParser:
     _bench_options(subparsers.add_parser("bench", help="accuracy against time of every view at several settings"))
 
     plan = subparsers.add_parser("plan", help="what would run, what would not, and why")
-    plan.add_argument("scene", help="built-in name or file")
+    plan_command.add_options(plan)
     _picture_options(plan, "960x540")
 
     tune = subparsers.add_parser("tune", help="the cheapest settings below an error, or the best within a frame time")

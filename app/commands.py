@@ -76,7 +76,7 @@ def shot(options: argparse.Namespace) -> int:
     ctx = headless_context()
     scene, gpu_scene = load_gpu_scene(ctx, options.scene, show_progress)
     viewpoint, settings = start_of(options, scene, (gpu_scene.facts.low, gpu_scene.facts.high), given)
-    renderer = Renderer(ctx, gpu_scene, options.size, seed=options.seed)
+    renderer = Renderer(ctx, gpu_scene, options.size, seed=options.seed, share_memory=True)
     renderer.progress_callback = show_progress
     renderer.profiler.enabled = bool(options.report)
     begin = time.perf_counter()
@@ -116,7 +116,7 @@ def shot(options: argparse.Namespace) -> int:
         renderer.profiler.flush()
         times = {
             "device": device_name(ctx),
-            "timing_source": renderer.timing_source,
+            "timing_source": renderer.profiler.source,
             "seconds": seconds,
             "frame_ms": frame_ms,
             "pass_ms": dict(renderer.timings),
@@ -135,105 +135,9 @@ def bench(options: argparse.Namespace) -> int:
     return run(options, given_settings(options), version())
 
 
-def plan(options: argparse.Namespace) -> int:
-    """Say what would run, what would not, and why. Needs no GPU."""
-    from .frame.pipeline import frame_plan
-    from .scene.boxes import scene_boxes
-    from .scene.facts import frame_facts, near_plane, scene_facts
-    from .scene.flatten import bounds
-    from .session import open_scene
-
-    scene, triangles = open_scene(options.scene, show_progress)
-    box = bounds(triangles)
-    viewpoint, settings = start_of(options, scene, box, given_settings(options))
-    of_scene = scene_facts(scene, *box, scene_boxes(triangles, scene.materials))
-    facts = frame_facts(
-        of_scene,
-        viewpoint.camera,
-        settings.lens,
-        options.size,
-        near_plane(*box),
-        objects_moved=of_scene.objects,  # while it plays
-    )
-    frame = frame_plan(options.view, settings, facts)
-    print(
-        f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: "
-        f"aperture {settings.lens.aperture:g} m, focus {settings.lens.focus_distance:g} m"
-    )
-    print(
-        f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus "
-        f"and {facts.far_coc_px:.1f} px behind it (radius); "
-        f"the post-process gathers up to {settings.post.max_coc * options.size[1]:.0f} px (post.max_coc)"
-    )
-    for call in frame.calls:
-        defines = " ".join(f"{name}={value}" for name, value in call.defines if value)
-        print(f"  runs   {call.step.name:<16}{call.reason}{'; ' + defines if defines else ''}")
-    for skipped in frame.skipped:
-        print(f"  skips  {skipped.name:<16}{skipped.reason}")
-    return 0
-
-
-def info(options: argparse.Namespace) -> int:
-    """Say what loading saw, changed and dropped, and what the scene costs in memory."""
-    from .bvh.cache import load_or_build
-    from .bvh.top import scene_tree
-    from .gpu.layout import VERTEX
-    from .scene.flatten import bounds, triangles_of
-    from .session import open_scene
-
-    scene, triangles = open_scene(options.scene, show_progress)
-    report = scene.report
-    low, high = bounds(triangles)
-    begin = time.perf_counter()
-    cache_notes: list[str] = []
-
-    def noted(*geometry: Any) -> Any:
-        tree, notes = load_or_build(*geometry)
-        cache_notes.extend(notes)
-        return tree
-
-    bvh = scene_tree(triangles, noted, show_progress)
-    bvh_seconds = time.perf_counter() - begin
-    print(
-        f"{options.scene}: {report.triangles} triangles, {report.vertices} vertices, loaded in {report.seconds:.2f} s"
-    )
-    print(
-        f"  meshes {len(scene.meshes)}, instances {len(scene.instances)}, materials {len(scene.materials)}, "
-        f"images {len(scene.images)}, lights {len(scene.lights)}, cameras {len(scene.cameras)}"
-    )
-    print(
-        f"  bounds from ({low[0]:.3g}, {low[1]:.3g}, {low[2]:.3g}) to ({high[0]:.3g}, {high[1]:.3g}, {high[2]:.3g}) m"
-    )
-    print(f"  degenerate triangles dropped: {report.degenerate}; drawn: {len(triangles.indices)}")
-    print(
-        f"  BVH: {bvh.stats.inner_nodes} inner nodes, {bvh.stats.leaves} leaves, depth {bvh.depth}, "
-        f"SAH cost {bvh.stats.sah_cost:.1f} triangle tests; "
-        f"ready in {bvh_seconds:.2f} s (built in {bvh.stats.seconds:.2f} s)"
-    )
-    vertex_bytes, index_bytes = VERTEX.itemsize * len(triangles.positions), triangles.indices.nbytes
-    bvh_bytes, image_bytes = bvh.nodes.nbytes + (16 + 48) * len(bvh.order), sum(i.pixels.nbytes for i in scene.images)
-    print(
-        f"  memory: vertices {_mib(vertex_bytes)}, indices {_mib(index_bytes)}, BVH {_mib(bvh_bytes)}, "
-        f"images {_mib(image_bytes)} (as 8-bit)"
-    )
-    for moving, count in zip(triangles.moving, triangles_of(triangles), strict=True):
-        size = 2.0 * moving.half_size
-        print(
-            f"  moves: {moving.motion.name or '(unnamed)'}, {count} triangles, {size[0]:.3g} x {size[1]:.3g} x "
-            f"{size[2]:.3g} m, every {moving.motion.period:g} s"
-        )
-    for camera in scene.cameras:
-        print(
-            f"  camera {camera.name or '(unnamed)'}: {camera.fov_y_deg:.1f} degrees"
-            + (f", focus {camera.focus_distance:g} m" if camera.focus_distance else "")
-        )
-    for note in (*report.notes, *cache_notes):
-        print(f"  note: {note}")
-    return 0
-
-
 def doctor(options: argparse.Namespace) -> int:
     """Driver, limits and the timer's self-test."""
+    from .frame.memory import mib
     from .gpu.context import device_name, headless_context, is_software
     from .gpu.timing import self_test
 
@@ -246,7 +150,7 @@ def doctor(options: argparse.Namespace) -> int:
     software = "a software rasteriser: its milliseconds say nothing about GPUs"
     print(f"  vendor: {ctx.info['GL_VENDOR']}; {software if is_software(ctx) else 'hardware'}")
     limits = {
-        "storage block": _mib(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
+        "storage block": mib(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]),
         "texture side": f"{ctx.info['GL_MAX_TEXTURE_SIZE']} px",
         "array layers": ctx.info["GL_MAX_ARRAY_TEXTURE_LAYERS"],
         "vertex storage blocks": f"{ctx.info['GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS']} (moving objects need 1)",
@@ -293,10 +197,6 @@ def _listed(frame: Any) -> dict[str, str]:
         **{c.step.name: f"runs: {c.reason}" for c in frame.calls},
         **{s.name: f"skipped: {s.reason}" for s in frame.skipped},
     }
-
-
-def _mib(count: int) -> str:
-    return f"{count / 2**20:.1f} MiB"
 
 
 def show_progress(text: str, fraction: float) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 
@@ -10,24 +9,28 @@ import moderngl
 import numpy as np
 
 from .camera import Camera, Moment
+from .frame.lifetimes import PICKED, Slot
+from .frame.memory import frame_blocks, frame_slots
+from .frame.past import Past
 from .frame.pipeline import CONVERGING, LENS_POINTS, LENS_RAYS, VIEWS, frame_plan, linear_target
-from .frame.progress import Progress
-from .frame.records import Call, Defines, FramePlan
+from .frame.records import Call, FramePlan
 from .frame.targets import TARGETS
-from .gpu.bind import bind
+from .gpu.execute import execute, prepared
 from .gpu.frame_block import FrameInputs, frame_block
 from .gpu.health import Health
 from .gpu.layout import FRAME
-from .gpu.programs import Programs, check_names
+from .gpu.rehearsal import Rehearsal
 from .gpu.scene import GpuScene
 from .gpu.targets import Targets
 from .gpu.timing import Profiler
-from .scene.facts import Facts, frame_facts, is_cut
+from .scene.facts import Facts, frame_facts, is_cut, with_every_effect
 from .settings import Settings, history_key
 
 
 class Renderer:
-    """Draws views of one scene at one size. Two renderers may share a GpuScene (split screen)."""
+    """Draws views of one scene at one size. Two renderers may share a GpuScene and programs (split screen): those of a
+    `rehearsal`, which then says whether pictures wait for programs, and stays its owner's.
+    """
 
     def __init__(
         self,
@@ -37,22 +40,27 @@ class Renderer:
         *,
         seed: int = 0,
         timing_source: str | None = None,
+        share_memory: bool = False,
+        rehearsal: Rehearsal | None = None,
     ) -> None:
+        """With `share_memory` targets that a frame needs one after the other are one texture: `read` then knows what
+        the plan leaves (`pipeline.read_after`, histories and running means), and raises for what it overwrote.
+        """
         self._ctx, self.scene, self.seed = ctx, scene, seed
         self._targets = Targets(ctx, size)
-        self._programs = Programs(ctx)
+        self._rehearsal, self._lent = rehearsal or Rehearsal(ctx), rehearsal is not None
         self._frame_buffer = ctx.buffer(reserve=FRAME.itemsize)
         self.profiler = Profiler(ctx, timing_source)
-        self.health = Health(ctx)
+        self.health = Health(ctx, self._rehearsal.programs)
         self.plan: FramePlan | None = None
         self._plan_key: object = None
+        self._share = share_memory
+        self._slots: tuple[Slot, ...] = ()
         self._drawn_plan: FramePlan | None = None
-        self._history: object = None
-        self._drawn: Moment | None = None  # of the last frame, unless its history was dropped
-        self._frame = 0
-        self._progress = Progress()
+        self._past = Past()
         self.progress_callback: Callable[[str, float], None] | None = None
         self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
+        self.every_effect = False  # plan as if the scene called for all of them: a measure of what plans save
         self.moved = False  # whether camera or objects did in the last frame, since the one before it
 
     # -- what users call -----------------------------------------------------------------------------------------------
@@ -73,23 +81,21 @@ class Renderer:
         recognised (app/scene/facts.py), starts afresh. With a time budget the traced view does as many rows as fit.
         """
         begin_cpu = time.thread_time()
-        now = Moment(camera, float(time_s) if self.scene.facts.objects else 0.0)
-        before = self._drawn and self._drawn.camera
-        if cut or (before and is_cut(before, camera, self.scene.facts, self.scene.near_plane, self.size)):
-            self.reset()
-        previous = self._begin_frame(view, now, settings)
-        facts = self._facts(view, now, previous, settings, time_budget_ms)
-        plan = self._planned(view, settings, facts)
-        inputs = self._inputs(view, now, previous, settings, plan, time_budget_ms)
+        now, goes_on = self._next(view, camera, settings, time_s, cut)
+        if not goes_on:
+            self._past.restart(self._history_of(view, settings))
+            self._targets.forget((*CONVERGING, PICKED))
+        previous = self._past.previous(now)
+        self.moved = now != previous
+        plan = self._planned(view, settings, self._facts(view, now, goes_on, settings, time_budget_ms))
+        rows = self._rows(plan, settings, time_budget_ms)
+        inputs = self._inputs(view, now, previous, settings, rows, self._past.frames)
         self.scene.place(now.time_s, previous.time_s)
         if any(dict(call.defines).get("SHADOWS") for call in plan.calls):
-            self.scene.update_shadow()
+            self.scene.update_shadow(self._rehearsal.programs)
         self._frame_buffer.write(frame_block(inputs).tobytes())
         self.health.begin_frame(plan)
-        for name in {b for call in plan.calls for b in call.step.fills}:
-            self._targets.begin_buffer(name)
-        for name in {t for call in plan.calls for t in call.writes if TARGETS[t].cleared}:
-            self._targets.clear(name)
+        self._targets.begin(self._slots, frame_blocks(plan))
         for call in self._calls(plan):
             slice_begin = self._clock() if call.step.sliced and time_budget_ms is not None else 0.0
             with self.profiler.scope(call.step.name):
@@ -97,11 +103,30 @@ class Renderer:
             self._ctx.memory_barrier()
             self.health.after(call, self._targets)
             if slice_begin:
-                rows = (inputs.rows[1] - inputs.rows[0]) * settings.rays.samples_per_frame
-                self._progress.learn(rows, self._clock() - slice_begin)
+                done = (rows[1] - rows[0]) * settings.rays.samples_per_frame
+                self._past.progress.learn(done, self._clock() - slice_begin)
         self._end_frame(view, plan, inputs)
         self.cpu_ms = (time.thread_time() - begin_cpu) * 1e3
         return self._targets.texture("display")
+
+    def ready(
+        self, view: str, camera: Camera, settings: Settings, *, time_s: float = 0.0, time_budget_ms: float | None = None
+    ) -> bool:
+        """Whether `draw` would neither compile nor wait for the scene's tree. Brings that nearer: asks for the tree,
+        compiles as much as the rehearsal allows in this turn. Raises UserError as `draw` does.
+        """
+        if not self._rehearsal.patient:
+            return True
+        now, goes_on = self._next(view, camera, settings, time_s, cut=False)
+        facts = self._facts(view, now, goes_on, settings, time_budget_ms)
+        plan = frame_plan(view, settings, facts)
+        has_tree = not any(call.step.rays for call in plan.calls) or self.scene.request_tree()
+        return self.rehearse(plan.parts, view, camera, settings) and has_tree
+
+    def rehearse(self, calls: tuple[Call, ...], view: str, camera: Camera, settings: Settings) -> bool:
+        """Whether calls of such a view can run without compiling, after as much of it as this turn may do."""
+        now = Moment(camera, 0.0)
+        return self._rehearsal.ready(calls, self.scene, self._inputs(view, now, now, settings, (0, self.size[1]), 0))
 
     @property
     def size(self) -> tuple[int, int]:
@@ -111,12 +136,13 @@ class Renderer:
         """Change the picture's size; everything accumulated is dropped."""
         if size != self._targets.size:
             self._targets.resize(size)
+            self.profiler.forget()
             self._plan_key = None  # what fitted at another size may not at this one
             self.reset()
 
     def reset(self) -> None:
         """Drop accumulated samples: the next frame starts afresh."""
-        self._history = None
+        self._past.forget()
 
     def read(self, target: str) -> np.ndarray:
         """Texels (h, w, c) of a target, bottom row first, as float32 (uint8 for `display`). Waits for the GPU."""
@@ -144,16 +170,18 @@ class Renderer:
 
     def depth_at(self, x: int, y: int) -> float:
         """Planar depth [m] under a pixel counted from the top left; SKY_DEPTH where nothing is. Needs a frame that drew
-        a G-buffer.
+        a G-buffer: 0 where none did.
         """
+        if not self._targets.holds(PICKED):
+            return 0.0
         width, height = self.size
         row = height - 1 - min(max(y, 0), height - 1)
-        return float(self._targets.read("depth")[row, min(max(x, 0), width - 1), 0])
+        return float(self._targets.read(PICKED)[row, min(max(x, 0), width - 1), 0])
 
     @property
     def converged_samples(self) -> int:
         """Frames (or lens samples per pixel, for a running mean) accumulated so far."""
-        return self._progress.samples if self._progress.samples else self._frame
+        return self._past.samples
 
     @property
     def timings(self) -> list[tuple[str, float]]:
@@ -162,42 +190,40 @@ class Renderer:
         return [(c.step.name, times[c.step.name]) for c in self.plan.calls if c.step.name in times] if self.plan else []
 
     @property
-    def timing_source(self) -> str:
-        return self.profiler.source
-
-    @property
     def memory(self) -> dict[str, int]:
         """GPU bytes by target, block and scene resource."""
         return {**self._targets.bytes, **{f"scene: {name}": count for name, count in self.scene.bytes.items()}}
 
     def reload_shaders(self) -> str | None:
-        """Re-read the shader files; returns an error's text, in which case the last good program goes on."""
-        error = self._programs.reload()
+        """Re-read the shader files; returns an error's text, in which case the last good programs go on."""
+        error = self._rehearsal.programs.reload()
         self.reset()
         return error
 
     def release(self) -> None:
         self._targets.release()
-        self._programs.release()
         self.health.release()
+        if not self._lent:
+            self._rehearsal.release()
+        self.profiler.release()
         self._frame_buffer.release()
 
     # -- one frame -----------------------------------------------------------------------------------------------------
 
-    def _begin_frame(self, view: str, now: Moment, settings: Settings) -> Moment:
-        """What the frame before showed; `now` itself where the past does not count, which is then dropped."""
-        key = (view, history_key(settings), self.size, id(self.scene))
-        if key != self._history or (view in CONVERGING and now != self._drawn):
-            self._history, self._frame, self._drawn = key, 0, None
-            self._progress.restart()
-            for name in CONVERGING if view in CONVERGING else ():
-                self._targets.clear(name)
-        previous = self._drawn or now
-        self.moved = now != previous
-        return previous
+    def _next(self, view: str, camera: Camera, settings: Settings, time_s: float, cut: bool) -> tuple[Moment, bool]:
+        """The moment that a frame would show, and whether what was accumulated counts for it."""
+        now = Moment(camera, float(time_s) if self.scene.facts.objects else 0.0)
+        before = self._past.drawn and self._past.drawn.camera
+        cut = cut or bool(before and is_cut(before, camera, self.scene.facts, self.scene.near_plane, self.size))
+        return now, not cut and self._past.goes_on(self._history_of(view, settings), now, view in CONVERGING)
 
-    def _facts(self, view: str, now: Moment, previous: Moment, settings: Settings, budget_ms: float | None) -> Facts:
-        return frame_facts(
+    def _history_of(self, view: str, settings: Settings) -> object:
+        """Equal for frames whose samples may be put together."""
+        return view, history_key(settings), self.size, id(self.scene)
+
+    def _facts(self, view: str, now: Moment, goes_on: bool, settings: Settings, budget_ms: float | None) -> Facts:
+        previous = self._past.previous(now, goes_on)
+        facts = frame_facts(
             self.scene.facts,
             now.camera,
             settings.lens,
@@ -205,40 +231,37 @@ class Renderer:
             self.scene.near_plane,
             camera_moved=now.camera != previous.camera,
             objects_moved=now.time_s != previous.time_s,
-            unsampled=view in LENS_RAYS and budget_ms is not None and self._progress.samples == 0,
+            unsampled=view in LENS_RAYS and budget_ms is not None and not (goes_on and self._past.progress.samples),
         )
+        return with_every_effect(facts) if self.every_effect else facts
 
     def _planned(self, view: str, settings: Settings, facts: Facts) -> FramePlan:
         key = (view, settings, facts)
         if key != self._plan_key:
             plan = frame_plan(view, settings, facts)
-            self._targets.reserve(plan.targets)
+            slots = frame_slots(plan, self._share)
+            self._targets.reserve(slots, frame_blocks(plan))
             if self.plan is None or [c.step.name for c in plan.calls] != [c.step.name for c in self.plan.calls]:
                 self.profiler.reset()
-            for target in plan.histories - (self.plan.histories if self.plan else frozenset()):
-                self._targets.clear(target, previous=True)  # what it holds is older than last frame
-            self.plan, self._plan_key = plan, key
+            self.plan, self._plan_key, self._slots = plan, key, slots
         assert self.plan is not None
         return self.plan
 
+    def _rows(self, plan: FramePlan, settings: Settings, budget_ms: float | None) -> tuple[int, int]:
+        """The slice of the picture that this frame draws: first row and one past the last."""
+        if budget_ms is not None and any(call.step.sliced for call in plan.calls):
+            return self._past.progress.next_rows(self.size[1], settings.rays.samples_per_frame, budget_ms)
+        return 0, self.size[1]
+
     def _inputs(
-        self,
-        view: str,
-        now: Moment,
-        previous: Moment,
-        settings: Settings,
-        plan: FramePlan,
-        time_budget_ms: float | None,
+        self, view: str, now: Moment, previous: Moment, settings: Settings, rows: tuple[int, int], frame_index: int
     ) -> FrameInputs:
-        rows = 0, self.size[1]
-        if time_budget_ms is not None and any(call.step.sliced for call in plan.calls):
-            rows = self._progress.next_rows(self.size[1], settings.rays.samples_per_frame, time_budget_ms)
         return FrameInputs(
             now=now,
             previous=previous,
             settings=settings,
             size=self.size,
-            frame_index=self._frame,
+            frame_index=frame_index,
             seed=self.seed,
             near_plane=self.scene.near_plane,
             scene=self.scene,
@@ -249,33 +272,19 @@ class Renderer:
 
     def _calls(self, plan: FramePlan) -> tuple[Call, ...]:
         """What this frame runs. A continued slice starts at the sliced pass: nothing before it has changed since."""
-        calls, continued = plan.calls, self._progress.row > 0 and plan is self._drawn_plan
+        calls, continued = plan.calls, self._past.progress.row > 0 and plan is self._drawn_plan
         self._drawn_plan = plan
         return calls[next(i for i, call in enumerate(calls) if call.step.sliced) :] if continued else calls
 
     def _run(self, call: Call, inputs: FrameInputs) -> None:
         if call.step.rays:
             self.scene.ensure_bvh(self.progress_callback)
-        for index, kernel in enumerate(call.step.kernels or ((),)):
-            self._run_kernel(call, inputs, index, kernel)
-
-    def _run_kernel(self, call: Call, inputs: FrameInputs, index: int, kernel: Defines) -> None:
-        step = call.step
-        defines = (*call.defines, *kernel, *(self.scene.defines.items() if step.scene else ()))
-        compiled = self._programs.get(step.shader, defines, call.writes if step.kind == "raster" else ())
-        check_names(call, compiled)
-        bind(call, compiled, self._targets, self.scene, self._frame_buffer)
-        if step.kind == "raster":
-            self._targets.framebuffer(call.writes).use()
-            self._ctx.enable_only(moderngl.DEPTH_TEST)
-            self.scene.draw(compiled.program)
-        elif step.indirect:
-            buffer, offset = step.indirect
-            compiled.program.run_indirect(self._targets.buffer(buffer), offset + 16 * index)
-        else:
-            grid = self._targets.texture(step.grid or call.writes[0])
-            rows = inputs.rows[1] - inputs.rows[0] if step.sliced else grid.height
-            compiled.program.run(math.ceil(grid.width / step.group[0]), math.ceil(rows / step.group[1]))
+        for target in call.writes:
+            if TARGETS[target].cleared:
+                self._targets.clear(target)
+        for part in call.parts:
+            compiled = prepared(self._rehearsal.programs, part, self._targets, self.scene, self._frame_buffer)
+            execute(self._ctx, part, compiled, self._targets, self.scene, inputs.rows)
 
     def _clock(self) -> float:
         """Seconds, once the GPU has done all it was given."""
@@ -283,14 +292,8 @@ class Renderer:
         return time.perf_counter()
 
     def _end_frame(self, view: str, plan: FramePlan, inputs: FrameInputs) -> None:
-        for target in {t for call in plan.calls for t in call.writes if TARGETS[t].history}:
+        for target in dict.fromkeys(t for call in plan.calls for t in call.writes if TARGETS[t].history):
             self._targets.swap(target)
         self.profiler.end_frame()
-        self._drawn = inputs.now
-        if inputs.rows[1] < self.size[1]:
-            self._progress.row = inputs.rows[1]
-            return
-        self._progress.row = 0
-        self._frame += 1
-        if view in CONVERGING:
-            self._progress.samples += inputs.settings.rays.samples_per_frame if view in LENS_RAYS else 1
+        mean = inputs.settings.rays.samples_per_frame if view in LENS_RAYS else int(view in CONVERGING)
+        self._past.add(inputs.now, inputs.rows[1] if inputs.rows[1] < self.size[1] else 0, mean)

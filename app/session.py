@@ -38,7 +38,12 @@ def open_scene(name: str, progress: Progress | None = None) -> tuple[Scene, Tria
 def load_gpu_scene(ctx: Context, name: str, progress: Progress | None = None) -> tuple[Scene, GpuScene]:
     """Load a scene and upload it. The BVH is built, or read from the cache, when rays are first asked for."""
     scene, triangles = open_scene(name, progress)
-    return scene, GpuScene(ctx, scene, triangles, partial(scene_tree, triangles, cached_tree))
+    return scene, on_gpu(ctx, scene, triangles)
+
+
+def on_gpu(ctx: Context, scene: Scene, triangles: Triangles) -> GpuScene:
+    """The same for a scene that was opened before."""
+    return GpuScene(ctx, scene, triangles, partial(scene_tree, triangles, cached_tree))
 
 
 def viewpoints(scene: Scene, triangles_bounds: tuple[np.ndarray, np.ndarray]) -> list[Viewpoint]:

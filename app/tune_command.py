@@ -72,7 +72,7 @@ def tune(options: argparse.Namespace) -> int:
     scene, gpu_scene = load_gpu_scene(ctx, options.scene, commands.show_progress)
     box = gpu_scene.facts.low, gpu_scene.facts.high
     viewpoint, settings = commands.start_of(options, scene, box, commands.given_settings(options))
-    renderer = Renderer(ctx, gpu_scene, options.size)
+    renderer = Renderer(ctx, gpu_scene, options.size, share_memory=True)
     renderer.progress_callback = commands.show_progress
     moment = Moment(viewpoint.camera, options.time)
     truth = reference(
@@ -99,10 +99,10 @@ def tune(options: argparse.Namespace) -> int:
         views=views,
         limit=options.steps,
     )
-    print(_heading(options, tuning, judge, device_name(ctx), renderer.timing_source))
+    print(_heading(options, tuning, judge, device_name(ctx), renderer.profiler.source))
     print(HEADER)
     advice = _driven(tuning)
-    _answer(options, advice, output, device_name(ctx), renderer.timing_source)
+    _answer(options, advice, output, device_name(ctx), renderer.profiler.source)
     return 0
 
 

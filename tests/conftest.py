@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 os.environ.setdefault("HYBRID_DOF_CACHE", str(Path(__file__).parent / ".cache"))
@@ -18,12 +19,23 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--soak", action="store_true", help="run the tests that have a long form, in their long form")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """The short run tries the same examples every time: what it finds was found by whoever changed something."""
+    hypothesis.settings.register_profile("short", derandomize=True)
+    if not config.getoption("--soak"):
+        hypothesis.settings.load_profile("short")
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """`--soak` selects the tests that ask for `soak`."""
+    """`--soak` selects the tests that ask for `soak`, and those that try examples: others than the short run's."""
     if config.getoption("--soak"):
-        items[:] = [item for item in items if "soak" in getattr(item, "fixturenames", ())]
+        items[:] = [item for item in items if "soak" in getattr(item, "fixturenames", ()) or _tries_examples(item)]
         for item in items:
             item.add_marker(pytest.mark.timeout(SOAK_TIMEOUT_S))
+
+
+def _tries_examples(item: pytest.Item) -> bool:
+    return hypothesis.is_hypothesis_test(getattr(item, "obj", None))
 
 
 @pytest.fixture(scope="session")

@@ -85,7 +85,7 @@ def accumulate_defines(settings: Settings, facts: Facts) -> Defines:
 
 ONE_GROUP = (1 << 16, 1 << 16)  # a work group that covers every picture: the pass runs once
 
-HYBRID = (
+MASKING = (
     Pass(
         "scout",
         "rays/scout.comp",
@@ -169,6 +169,9 @@ HYBRID = (
         fills=("RayHistogram",),
         needed=partly_occluded,
     ),
+)
+
+TRACING = (
     Pass(
         "ray_budget",
         "dof/ray_budget.comp",
@@ -248,3 +251,5 @@ HYBRID = (
         defines=lambda s, f: (("RASTER_FOCUS", int(s.blend.raster)),),
     ),
 )
+
+HYBRID = (*MASKING, *TRACING)

@@ -33,6 +33,7 @@ def resolve_pass(color: str) -> Pass:
         optional=("motion",),
         history=("resolved",),
         writes=("resolved",),
+        in_place_without=(("resolved", "motion"),),
         defines=lambda s, f: (("LAYERED", int(color == "hybrid")),),
     )
 

@@ -2,7 +2,8 @@
 
     sharp      gbuffer > lighting                                                   > resolve > display
     post       gbuffer > lighting > coc > tiles > gather ... > post                 > resolve > display
-    hybrid     ... post ... > scout > mask > ray list > trace > accumulate > reconstruct > composite > resolve > display
+    hybrid     ... tiles > scout > mask > gather ... > post
+               > ray list > trace > accumulate > reconstruct > composite                       > resolve > display
     traced     progressive lens rays, a running mean                                          > display
     reference  gbuffer > lighting through one lens point a frame, a running mean              > display
 
@@ -16,14 +17,16 @@ Any other target's name is a view too: the plan then holds just the passes that 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 from ..errors import UserError
 from ..scene.facts import Facts
 from ..settings import Settings
-from .hybrid import HYBRID, partly_occluded
+from .hybrid import MASKING, TRACING, partly_occluded
+from .lifetimes import PICKED
 from .output import display_pass, resolve_pass, show_pass
 from .plan import plan
-from .post import POST, blurred
+from .post import GATHERING, TILES, blurred
 from .raster import RASTER
 from .records import FramePlan
 from .targets import TARGETS
@@ -43,7 +46,8 @@ CONVERGING = (*LENS_RAYS, *LENS_POINTS)
 
 OF_MOTION = ("motion", "gradient")  # targets that are written while something moves
 
-PASSES = (*RASTER, *POST, *HYBRID, *TRACED, *REFERENCE)
+# The mask before the gather: the normals that it reads are full resolution, and so is what the post-process writes.
+PASSES = (*RASTER, *TILES, *MASKING, *GATHERING, *TRACING, *TRACED, *REFERENCE)
 
 
 def color_target(view: str, settings: Settings, facts: Facts) -> str:
@@ -57,6 +61,7 @@ def color_target(view: str, settings: Settings, facts: Facts) -> str:
     return {"sharp": "lit", "traced": "traced", "reference": "reference"}[view]
 
 
+@lru_cache(maxsize=16)  # asked for each frame: by whoever foresees it, and by whoever draws it
 def frame_plan(view: str, settings: Settings, facts: Facts) -> FramePlan:
     """The plan that ends in the `display` target for a view or for any target's name. Raises UserError for an unknown
     view.
@@ -92,3 +97,8 @@ def linear_target(frame: FramePlan) -> str:
         for name, target in call.reads
         if name == "color"
     )
+
+
+def read_after(frame: FramePlan) -> frozenset[str]:
+    """The targets of a plan that may be read once it was drawn: its pictures, and the depth under a click."""
+    return frozenset({frame.output, linear_target(frame), PICKED})

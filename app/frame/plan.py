@@ -43,9 +43,9 @@ def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) 
         written |= {*writes, *step.fills}
         has = tuple((f"HAS_{split_read(r)[0].upper()}", int(r in present)) for r in step.optional)
         has += tuple((f"HAS_{t.upper()}", int(t in writes)) for t in (*(t for t, _ in step.writes_if), *step.offers))
-        calls.append(
-            Call(step, reads, writes, tuple(sorted({*step.defines(settings, facts), *has})), needs[step.name].reason)
-        )
+        defines = tuple(sorted({*step.defines(settings, facts), *has}))
+        in_place = tuple(target for target, read in step.in_place_without if read not in present)
+        calls.append(Call(step, reads, writes, defines, needs[step.name].reason, in_place))
     return FramePlan(tuple(calls), output, tuple(skipped))
 
 

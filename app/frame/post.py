@@ -60,7 +60,7 @@ def _kernel(index: int, blurred: int, near: int, far: int) -> Defines:
 # Of the classes in dof/tile_classes.glsl, in their order: sharp, slight, near, far, mixed.
 KERNELS = (_kernel(0, 0, 0, 0), _kernel(1, 1, 0, 0), _kernel(2, 1, 1, 0), _kernel(3, 1, 0, 1), _kernel(4, 1, 1, 1))
 
-POST = (
+TILES = (
     Pass("kernel", "dof/kernel.comp", writes=("kernel",), needed=blurred, defines=lens_defines),
     Pass("tiles", "dof/tiles.comp", reads=("coc",), writes=("tiles",), group=(1, 1), needed=blurred),
     Pass(
@@ -79,6 +79,9 @@ POST = (
         defines=lambda s, f: (("AXIS", 1),),
         needed=blurred,
     ),
+)
+
+GATHERING = (
     Pass(
         "tile_lists",
         "dof/tile_lists.comp",
@@ -139,3 +142,5 @@ POST = (
         defines=layer_defines,
     ),
 )
+
+POST = (*TILES, *GATHERING)

@@ -8,7 +8,8 @@ to `in_color`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 from ..scene.facts import Facts
@@ -25,13 +26,13 @@ class Target:
 
     name: str
     components: int
-    dtype: Literal["f1", "f2", "f4"]
+    dtype: Literal["f1", "f2", "f4", "depth"]
     meaning: str  # of a texel, with its unit
     scale: int = 1
     fixed: tuple[int, int] | None = None  # (width, height) in texels, whatever the picture's size
     history: bool = False
     signed: str = ""  # those of its components xyzw that may be negative
-    cleared: bool = False  # zeroed before each frame that writes it: passes that write only parts of it leave no past
+    cleared: bool = False  # zeroed before the pass that writes it, which writes only parts of it
     filter: Literal["nearest", "linear"] = "linear"
     show: Show = "color"  # how the target viewer paints it
     range: tuple[float, float] = (0.0, 1.0)  # its colour map's ends
@@ -59,6 +60,8 @@ class Need:
 
 
 Defines = tuple[tuple[str, int], ...]
+KERNEL_BYTES = 16  # between the group counts of kernels: three, and how many items there are
+Permutation = tuple[str, Defines, tuple[str, ...]]  # shader, defines, fragment outputs in order
 
 
 def always(settings: Settings, facts: Facts) -> Need:
@@ -84,6 +87,8 @@ class Pass:
     optional: tuple[str, ...] = ()  # read if something writes them; the shader sees HAS_<TARGET> as 1 or 0
     history: tuple[str, ...] = ()  # last frame's values, bound as prev_<target>
     updates: tuple[str, ...] = ()  # read and written in place, and kept between frames
+    # (history, optional read): written over last frame's value, texel by texel, unless that is read
+    in_place_without: tuple[tuple[str, str], ...] = ()
     buffers: tuple[str, ...] = ()  # storage blocks it reads
     fills: tuple[str, ...] = ()  # storage blocks it writes (and may read)
     kind: Literal["compute", "raster"] = "compute"
@@ -93,7 +98,7 @@ class Pass:
     grid: str = ""
     group: tuple[int, int] = (8, 8)
     indirect: tuple[str, int] | None = None  # (buffer, byte offset of three group counts) instead of a grid
-    kernels: tuple[Defines, ...] = ()  # with `indirect`: one program and dispatch each, group counts 16 bytes apart
+    kernels: tuple[Defines, ...] = ()  # with `indirect`: one program and dispatch each, in Call.parts
     needed: Callable[[Settings, Facts], Need] = always
     defines: Callable[[Settings, Facts], Defines] = no_defines
     writes_if: tuple[tuple[str, Callable[[Settings, Facts], bool]], ...] = ()  # outputs that exist only for some scenes
@@ -113,6 +118,25 @@ class Call:
     writes: tuple[str, ...]
     defines: Defines
     reason: str
+    in_place: tuple[str, ...] = ()  # histories that it writes over last frame's value
+
+    @cached_property
+    def parts(self) -> tuple[Call, ...]:
+        """One call for each kernel: what is compiled and dispatched by itself."""
+        if self.step.indirect is None or len(self.step.kernels) < 2:
+            return (self,)
+        buffer, offset = self.step.indirect
+        steps = (
+            replace(self.step, kernels=(kernel,), indirect=(buffer, offset + KERNEL_BYTES * index))
+            for index, kernel in enumerate(self.step.kernels)
+        )
+        return tuple(replace(self, step=step) for step in steps)
+
+    @property
+    def program(self) -> Permutation:
+        """What a part compiles, but for what the scene on the GPU adds (app/gpu/scene.py: defines)."""
+        defines = (*self.defines, *(define for kernel in self.step.kernels for define in kernel))
+        return self.step.shader, defines, self.writes if self.step.kind == "raster" else ()
 
 
 @dataclass(frozen=True)
@@ -132,16 +156,21 @@ class FramePlan:
     skipped: tuple[Skipped, ...] = ()
 
     @property
+    def parts(self) -> tuple[Call, ...]:
+        """The parts of all calls, in order."""
+        return tuple(part for call in self.calls for part in call.parts)
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """By pass: why it runs, or why not."""
+        return {**{c.step.name: c.reason for c in self.calls}, **{s.name: s.reason for s in self.skipped}}
+
+    @property
     def targets(self) -> frozenset[str]:
         """Every target the frame touches."""
         return frozenset(
             t for call in self.calls for t in (*(t for _, t in call.reads), *call.writes, *call.step.history)
         )
-
-    @property
-    def histories(self) -> frozenset[str]:
-        """Targets whose value of the last frame it reads."""
-        return frozenset(t for call in self.calls for t in call.step.history)
 
 
 def split_read(read: str) -> tuple[str, str]:

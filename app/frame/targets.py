@@ -51,15 +51,15 @@ TARGETS: dict[str, Target] = {
         Target("mask_tiles", 1, "f4", "largest reach of an edge in the tile, half-res px", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),
         Target("mask_reach_row", 1, "f4", "the same after the horizontal half of the dilation", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),
         Target("mask_reach", 1, "f4", "largest reach of the edges that reach the tile, half-res px", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),
-        Target("mask_coarse", 2, "f2", "mask_edges, one texel per 2^n x 2^n of its texels, n after the largest reach; fills the lower left corner", 2, filter="nearest", show="scalar"),
-        Target("mask_rows", 4, "f4", "x: power of the coarse row's strongest edge, half-res px^2; y: its reach, half-res px; z: its response; w: half-res px a coarse row", 2, filter="nearest", show="signed", range=(-400.0, 400.0), signed="x"),
+        Target("mask_coarse", 2, "f2", "mask_edges, one texel per 2^n x 2^n of its texels, n after the largest reach; fills the lower left corner", 2, cleared=True, filter="nearest", show="scalar"),
+        Target("mask_rows", 4, "f4", "x: power of the coarse row's strongest edge, half-res px^2; y: its reach, half-res px; z: its response; w: half-res px a coarse row", 2, cleared=True, filter="nearest", show="signed", range=(-400.0, 400.0), signed="x"),
         Target("mask", 2, "f2", "x: weight of the pixel in the ray budget, 0..1, 0: no rays; y: weight of rays in the composite", 2, show="scalar"),
         Target("ray_count", 2, "f4", "x: lens rays traced in the pixel this frame; y: in earlier frames", 2, history=True, filter="nearest", show="scalar", range=(0.0, 16.0)),
-        Target("trace_near", 4, "f2", "this frame's near radiance times hit ratio; a: hit ratio", 2, filter="nearest"),
-        Target("trace_far", 4, "f2", "this frame's far radiance times (1 - hit ratio); a: 1 - hit ratio", 2, filter="nearest"),
-        Target("trace_motion", 4, "f2", "mean screen motion since last frame, px; xy: of near hits, zw: of far hits", 2, filter="nearest", show="vector", range=(-8.0, 8.0), signed="xyzw"),
-        Target("trace_spread", 4, "f4", "this frame's hits, x: mean CoC of near, y: of far, px; z: mean square of the screen motion of near, w: of far, px^2", 2, filter="nearest", show="signed", range=(-20.0, 20.0), signed="xy"),
-        Target("trace_moments", 4, "f4", "mean over this frame's rays of compressed luminance; x: near part, y: its square; zw: far", 2, filter="nearest", show="scalar"),
+        Target("trace_near", 4, "f2", "this frame's near radiance times hit ratio; a: hit ratio", 2, cleared=True, filter="nearest"),
+        Target("trace_far", 4, "f2", "this frame's far radiance times (1 - hit ratio); a: 1 - hit ratio", 2, cleared=True, filter="nearest"),
+        Target("trace_motion", 4, "f2", "mean screen motion since last frame, px; xy: of near hits, zw: of far hits", 2, cleared=True, filter="nearest", show="vector", range=(-8.0, 8.0), signed="xyzw"),
+        Target("trace_spread", 4, "f4", "this frame's hits, x: mean CoC of near, y: of far, px; z: mean square of the screen motion of near, w: of far, px^2", 2, cleared=True, filter="nearest", show="signed", range=(-20.0, 20.0), signed="xy"),
+        Target("trace_moments", 4, "f4", "mean over this frame's rays of compressed luminance; x: near part, y: its square; zw: far", 2, cleared=True, filter="nearest", show="scalar"),
         Target("probe_hit", 4, "f4", "of one lens ray of the 3x3 pixels; xyz: world position of its hit, m; w: compressed luminance", 6, history=True, cleared=True, filter="nearest", show="scalar", signed="xyz"),
         Target("probe_lens", 4, "f4", "the same ray; xy: its point of the lens in the unit square; z: object it hit; w: 1 + near share, 0: no ray", 6, history=True, cleared=True, filter="nearest", show="scalar", range=(0.0, 2.0)),
         Target("gradient", 2, "f2", "squared relative change of light that stored lens rays find, 0..1; x: near, y: far; -1: unknown", 6, filter="nearest", show="signed", range=(-1.0, 1.0), signed="xy"),
@@ -84,6 +84,9 @@ TARGETS: dict[str, Target] = {
         Target("display", 4, "f1", "tone-mapped, sRGB-encoded"),
     )
 }
+
+# What is nearest so far, while the G-buffer is drawn: storage of a frame that no pass names.
+DEPTH_TEST = Target("depth test", 1, "depth", "depth of the nearest surface, as the rasteriser compares it")
 
 BUFFERS: dict[str, Buffer] = {
     b.name: b

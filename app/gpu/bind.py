@@ -42,5 +42,6 @@ def _bind_images(call: Call, compiled: Compiled, targets: Targets) -> None:
         return
     for image, target in enumerate(call.writes):
         if f"out_{target}" in compiled.active:
-            targets.texture(target).bind_to_image(image, read=target in call.step.updates, write=True)
+            in_place = target in (*call.step.updates, *call.in_place)
+            targets.texture(target).bind_to_image(image, read=in_place, write=True)
             compiled.program[f"out_{target}"] = image

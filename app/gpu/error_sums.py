@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from .shaders import assemble, load_glsl
+from .programs import Program, Programs, give
 from .timing import RING
 
 BLOCK = 16  # px: a side of what one invocation adds up
@@ -21,13 +21,8 @@ GROUP = 8  # invocations per side of a work group
 class ErrorSums:
     """One true picture, and the pictures that are compared with it."""
 
-    def __init__(self, ctx: moderngl.Context, regions: int) -> None:
-        self._ctx, self._regions = ctx, regions
-        files, defines = load_glsl(), {"REGIONS": regions, "BLOCK": BLOCK}
-        self._blocks, self._row_sums, self._heat = (
-            ctx.compute_shader(assemble(name, files, defines).text)
-            for name in ("measure/block_sums.comp", "measure/row_sums.comp", "measure/heat.comp")
-        )
+    def __init__(self, ctx: moderngl.Context, programs: Programs, regions: int) -> None:
+        self._ctx, self._programs, self._regions = ctx, programs, regions
         self._storage: list[moderngl.Texture | moderngl.Buffer] = []
         self._frame, self.size = 0, (0, 0)
 
@@ -50,12 +45,13 @@ class ErrorSums:
 
     def queue(self, picture: moderngl.Texture) -> None:
         """Sum up the errors of a linear picture, bottom row first, of the truth's size. Waits for nothing."""
-        self._bind(self._blocks, in_picture=picture, in_truth=self._truth, out_sums=self._sums)
+        blocks, row_sums = self._program("measure/block_sums.comp"), self._program("measure/row_sums.comp")
+        self._bind(blocks, in_picture=picture, in_truth=self._truth, out_sums=self._sums)
         groups = (math.ceil(n / GROUP) for n in (self._sums.width, self._sums.height // self._regions))
-        self._blocks.run(*groups)
+        blocks.run(*groups)
         self._ctx.memory_barrier()
-        self._bind(self._row_sums, in_sums=self._sums, out_rows=self._rows)
-        self._row_sums.run(1, math.ceil(self._rows.height / 64))
+        self._bind(row_sums, in_sums=self._sums, out_rows=self._rows)
+        row_sums.run(1, math.ceil(self._rows.height / 64))
         self._ctx.memory_barrier()
         self._rows.read_into(self._ring[self._frame % RING])
         self._frame += 1
@@ -83,9 +79,10 @@ class ErrorSums:
 
     def paint(self, picture: moderngl.Texture, low: float, high: float) -> moderngl.Texture:
         """Display values, bottom row first, of the displayed difference at each pixel; colours from `low` to `high`."""
-        self._bind(self._heat, in_picture=picture, in_truth=self._truth, out_display=self._painted)
-        self._heat["range"] = (low, high)
-        self._heat.run(*(math.ceil(n / GROUP) for n in self.size))
+        heat = self._program("measure/heat.comp")
+        self._bind(heat, in_picture=picture, in_truth=self._truth, out_display=self._painted)
+        give(heat, range=(low, high))
+        heat.run(*(math.ceil(n / GROUP) for n in self.size))
         self._ctx.memory_barrier()
         return self._painted
 
@@ -95,18 +92,20 @@ class ErrorSums:
 
     def release(self) -> None:
         self._drop()
-        for program in (self._blocks, self._row_sums, self._heat):
-            program.release()
 
-    def _bind(self, program: moderngl.ComputeShader, **textures: moderngl.Texture) -> None:
+    def _program(self, name: str) -> Program:
+        defines = {"REGIONS": self._regions, "BLOCK": BLOCK}
+        return self._programs.get(name, defines.items()).program
+
+    def _bind(self, program: Program, **textures: moderngl.Texture) -> None:
         """Samplers and the one image by name, as a plan's passes have them."""
         for unit, (name, texture) in enumerate(textures.items()):
             if name.startswith("out_"):
                 texture.bind_to_image(0, read=False, write=True)
-                program[name] = 0
+                give(program, **{name: 0})
             else:
                 texture.use(unit)
-                program[name] = unit
+                give(program, **{name: unit})
 
     def _drop(self) -> None:
         for resource in self._storage:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..frame.records import Call, FramePlan, Target
 from ..frame.targets import TARGETS
-from .shaders import assemble, load_glsl
+from .programs import Programs, give
 from .targets import Targets
 from .timing import RING
 
@@ -36,12 +36,11 @@ class BadTexels:
 class Health:
     """Latest counts by target. Counting waits for nothing: `found` follows a few countings later."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, programs: Programs) -> None:
         self.watched: Watched = "nothing"
         self._due: frozenset[str] = frozenset()  # of the frame's targets
         self._frames = 0
-        self._ctx = ctx
-        self._program: moderngl.ComputeShader | None = None
+        self._ctx, self._programs = ctx, programs
         self._ring: list[tuple[str, moderngl.Buffer] | None] = [None] * RING
         self._spare: list[moderngl.Buffer] = []
         self._next = 0
@@ -63,16 +62,14 @@ class Health:
 
     def count(self, target: Target, texture: moderngl.Texture) -> None:
         """Queue the counting of a target's texels as they are now."""
-        if self._program is None:
-            self._program = self._ctx.compute_shader(assemble("measure/health.comp", load_glsl()).text)
+        program = self._programs.get("measure/health.comp", ()).program
         self._take(self._next)
         buffer = self._spare.pop() if self._spare else self._ctx.buffer(reserve=8)
         buffer.write(bytes(8))
         texture.use(0)
         buffer.bind_to_storage_buffer(0)
-        self._program["in_target"] = 0
-        self._program["unsigned_components"] = unsigned_components(target)
-        self._program.run(*(math.ceil(side / GROUP) for side in texture.size))
+        give(program, in_target=0, unsigned_components=unsigned_components(target))
+        program.run(*(math.ceil(side / GROUP) for side in texture.size))
         self._ctx.memory_barrier()
         self._ring[self._next] = target.name, buffer
         self._next = (self._next + 1) % RING
@@ -90,10 +87,9 @@ class Health:
 
     def release(self) -> None:
         self.forget()
-        for resource in (*self._spare, self._program):
-            if resource is not None:
-                resource.release()
-        self._spare, self._program = [], None
+        for buffer in self._spare:
+            buffer.release()
+        self._spare = []
 
     def _take(self, slot: int) -> None:
         """Read what was queued in a slot of the ring, if anything was."""

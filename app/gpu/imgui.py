@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
-from .shaders import assemble, load_glsl
+from .programs import Programs
 
 INITIAL_ELEMENTS = 1 << 15  # vertices and indices reserved at first; grown on demand
 
@@ -23,10 +23,7 @@ class ImguiRenderer:
         imgui.get_io().backend_flags |= (
             imgui.BackendFlags_.renderer_has_textures
         )  # no vertex offsets: indices have 32 bits
-        files = load_glsl()
-        self._program = ctx.program(
-            vertex_shader=assemble("output/ui.vert", files).text, fragment_shader=assemble("output/ui.frag", files).text
-        )
+        self._program = Programs(ctx).get("output/ui", ()).program
         self._vertices = ctx.buffer(reserve=INITIAL_ELEMENTS * imgui.VERTEX_SIZE, dynamic=True)
         self._indices = ctx.buffer(reserve=INITIAL_ELEMENTS * imgui.INDEX_SIZE, dynamic=True)
         layout = [(self._vertices, "2f 2f 4f1", "position", "uv", "color")]

@@ -6,45 +6,15 @@ device is asked by trying, after each texture, since a failure raises nothing an
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from ..errors import UserError
-from ..frame.records import Buffer, Target
 from .context import Context, is_software
 
 MEMORY_FILE = Path("/proc/meminfo")  # Linux; elsewhere nothing is refused before it is tried
 KEPT_SHARE = 0.1  # of the free memory: for reading pictures back, and for others
 
-_BYTES = {"f1": 1, "f2": 2, "f4": 4}
 Size = tuple[int, int]
-
-
-def scaled(size: Size, scale: int) -> Size:
-    """Size at 1/scale, rounded up so that every full-resolution pixel is covered."""
-    return -(-size[0] // scale), -(-size[1] // scale)
-
-
-def texels(target: Target, size: Size) -> Size:
-    """Width and height of a target at a full resolution."""
-    return target.fixed or scaled(size, target.scale)
-
-
-def texture_bytes(target: Target, size: Size) -> int:
-    """Bytes of one texture of a target at a full resolution, without its history."""
-    width, height = texels(target, size)
-    return width * height * target.components * _BYTES[target.dtype]
-
-
-def buffer_bytes(buffer: Buffer, size: Size) -> int:
-    """Bytes of a storage block at a full resolution."""
-    width, height = scaled(size, buffer.scale)
-    return buffer.header + buffer.bytes_per_pixel * width * height
-
-
-def frame_bytes(targets: Iterable[Target], size: Size) -> int:
-    """Bytes of all textures of some targets, histories and depth test included."""
-    return sum(texture_bytes(t, size) * (1 + t.history) for t in targets) + 4 * size[0] * size[1]
 
 
 def free_bytes(ctx: Context) -> int | None:
@@ -58,9 +28,9 @@ def free_bytes(ctx: Context) -> int | None:
         return None
 
 
-def check_frame(ctx: Context, targets: Iterable[Target], size: Size, held: int) -> None:
-    """Raise UserError if the targets of a frame cannot all be made beside the `held` bytes that exist of them."""
-    needed, free = frame_bytes(targets, size) - held, free_bytes(ctx)
+def check_frame(ctx: Context, needed: int, size: Size) -> None:
+    """Raise UserError if so many bytes more than there are cannot be had for a frame."""
+    free = free_bytes(ctx)
     if free is not None and needed > (1.0 - KEPT_SHARE) * free:
         raise too_large(size, f"needs {needed / 2**30:.1f} GiB more, and {free / 2**30:.1f} GiB of memory are free")
 

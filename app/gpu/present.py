@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import moderngl
 
-from .shaders import assemble, load_glsl
+from .programs import Programs
 
 Rect = tuple[int, int, int, int]  # x, y from the bottom left, width, height; framebuffer px
 
@@ -14,11 +14,7 @@ class Presenter:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        files = load_glsl()
-        self._program = ctx.program(
-            vertex_shader=assemble("output/compare.vert", files).text,
-            fragment_shader=assemble("output/compare.frag", files).text,
-        )
+        self._program = Programs(ctx).get("output/compare", ()).program
         self._program["left"], self._program["right"] = 0, 1
         self._triangle = ctx.vertex_array(self._program, [])
         self._sampler = ctx.sampler(repeat_x=False, repeat_y=False, filter=(moderngl.LINEAR, moderngl.LINEAR))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bvh.background import Background
 from ..bvh.build import Bvh
 from ..bvh.pack import pack_triangle_positions, pack_triangles, stack_entries
 from ..errors import UserError
@@ -19,6 +21,7 @@ from ..scene.flatten import bounds
 from ..scene.model import Environment, Light, Scene, Triangles
 from .arrays import draw_order, material_words, oriented, pack_lights, pack_materials, pack_vertices
 from .objects import GpuObjects
+from .programs import Programs
 from .records import IN_TEXTURES, Records, RecordTexture, check_fits, in_textures, make_records
 from .shadow import ShadowMap
 from .textures import SceneTextures
@@ -34,6 +37,15 @@ _WORDS = {
     "BvhNodes": "ray-tracing tree",
 }
 ATTRIBUTES = (("position", "3f", 12), ("normal", "1u", 4), ("uv", "2f", 8), ("tangent", "1u", 4), ("material", "1u", 4))
+
+
+@dataclass(frozen=True)
+class _Tree:
+    """What rays read, packed for the GPU: arrays by the name that shaders use."""
+
+    records: dict[str, NDArray[Any]]
+    stack: int  # entries that a walk down the tree may have to remember
+    roots: tuple[int, ...]
 
 
 class GpuScene:
@@ -62,6 +74,7 @@ class GpuScene:
         self.textures = SceneTextures(ctx, scene.images, self.facts.textured)
         self._in_textures = in_textures(ctx) if textures is None else textures
         self._records: dict[str, Records] = {}
+        self._tree_build: Background[_Tree] | None = None
         vertices = pack_vertices(triangles)
         try:
             self._upload(
@@ -111,48 +124,93 @@ class GpuScene:
         drawn = {"indices": self._indices.size} | ({"vertex buffer": self._vertices.size} if self._in_textures else {})
         return {**records, **drawn, "textures": self.textures.bytes, "shadow map": self.shadow.bytes}
 
+    @property
+    def has_tree(self) -> bool:
+        """Whether rays can be traced."""
+        return "BvhNodes" in self._records
+
+    @property
+    def tree_progress(self) -> tuple[str, float] | None:
+        """What the thread that makes the tree is doing, and which part is done; None if it has not been asked for, or
+        is there.
+        """
+        return self._tree_build.progress if self._tree_build and not self.has_tree else None
+
     def ensure_bvh(self, progress: Progress | None = None) -> None:
         """Make the records that rays read exist (glsl/rays/traverse.glsl); the first call builds or loads the tree."""
-        if "BvhNodes" in self._records:
+        if self.has_tree:
             return
+        if self._tree_build:
+            self._tree_build.wait(progress)
+            self.request_tree()
+        else:
+            self._take_tree(self._made_tree(progress))
+
+    def request_tree(self) -> bool:
+        """The same without waiting: the first call lets a thread begin. True once rays can be traced; raises UserError
+        if they never can.
+        """
+        if self.has_tree:
+            return True
+        if self._tree_build is None:
+            self._tree_build = Background(self._made_tree)
+        if not self._tree_build.done:
+            return False
+        try:
+            tree = self._tree_build.result()
+        except UserError:
+            raise
+        except Exception as error:  # of a thread, which cannot end the program
+            raise UserError(f"no rays here, since their tree could not be built ({error})") from error
+        self._take_tree(tree)
+        self._tree_build = None
+        return True
+
+    def _made_tree(self, progress: Progress | None) -> _Tree:
+        """Everything about the tree that needs no OpenGL: may run in a thread."""
         if self._bvh_loader is None:
             raise UserError("this scene was opened without a tree for rays; open it with one to trace")
-        bvh = self._bvh_loader(progress)
-        t = self._triangles
-        self._upload(
-            Triangles=pack_triangles(bvh.order, t.indices, material_words(t)),
-            TrianglePositions=pack_triangle_positions(bvh.order, t.positions, t.indices, np.argsort(self._drawn)),
-            BvhNodes=bvh.nodes,
-        )
-        self._bvh_defines = {"BVH_STACK": stack_entries(bvh.depth)}
+        bvh, t = self._bvh_loader(progress), self._triangles
+        records = {
+            "Triangles": pack_triangles(bvh.order, t.indices, material_words(t)),
+            "TrianglePositions": pack_triangle_positions(bvh.order, t.positions, t.indices, np.argsort(self._drawn)),
+            "BvhNodes": bvh.nodes,
+        }
+        return _Tree(records, stack_entries(bvh.depth), bvh.roots)
+
+    def _take_tree(self, tree: _Tree) -> None:
+        """Put it on the GPU."""
+        self._upload(**tree.records)
+        self._bvh_defines = {"BVH_STACK": tree.stack}
         if self.objects:
             self._bvh_defines["TOP_STACK"] = self.objects.stack
-            self.objects.take_roots(bvh.roots)
+            self.objects.take_roots(tree.roots)
             self._records["BvhNodes"].write(self.objects.top_nodes().tobytes())
 
     def place(self, time_s: float, previous_s: float) -> None:
         """Move the objects, if any, to where they are at `time_s` and were last frame at `previous_s`."""
-        if self.objects and self.objects.place(time_s, previous_s) and "BvhNodes" in self._records:
+        if self.objects and self.objects.place(time_s, previous_s) and self.has_tree:
             self._records["BvhNodes"].write(self.objects.top_nodes().tobytes())
 
-    def update_shadow(self) -> bool:
-        """Render the shadow map if the sun or the geometry changed since; True if it was rendered."""
+    def update_shadow(self, programs: Programs) -> bool:
+        """Render the shadow map if the sun, the geometry or its shader changed since; True if it was rendered."""
         time_s = self.objects.time_s if self.objects else 0.0
-        return self.sun is not None and self.shadow.update(self.sun.direction, time_s)
+        return self.sun is not None and self.shadow.update(programs, self.sun.direction, time_s)
 
-    def draw(self, program: moderngl.Program) -> None:
-        """Draw every triangle with one call; the program names the vertex attributes it wants."""
+    def draw(self, program: moderngl.Program, vertices: int = -1) -> None:
+        """Draw every triangle with one call, or so many vertices; the program names the attributes it wants."""
         if not self.triangle_count:
             return
         array = self._vertex_arrays.get(program.glo)
         if array is None or array.program is not program:  # drivers give a released program's number to the next one
-            if array is not None:
-                array.release()
+            self._forget_released_programs()
             array = self._vertex_arrays[program.glo] = self._vertex_array(program)
-        array.render()
+        array.render(vertices=vertices)
 
     def release(self) -> None:
-        """Free everything this scene holds on the GPU."""
+        """Free everything this scene holds on the GPU, and leave its tree if that is still being built."""
+        if self._tree_build:
+            self._tree_build.leave()
         for vertex_array in self._vertex_arrays.values():
             vertex_array.release()
         for buffer in {*self._records.values(), self._vertices, self._indices}:
@@ -162,11 +220,18 @@ class GpuScene:
         self._vertex_arrays.clear()
         self._records.clear()
 
+    def _forget_released_programs(self) -> None:
+        for number, array in list(self._vertex_arrays.items()):
+            if isinstance(array.program.mglo, moderngl.InvalidObject):
+                array.release()
+                del self._vertex_arrays[number]
+
     def _vertex_array(self, program: moderngl.Program) -> moderngl.VertexArray:
         wanted = [(name, kind if name in program else f"{size}x", name in program) for name, kind, size in ATTRIBUTES]
         layout = " ".join(kind for _, kind, _ in wanted)
         names = [name for name, _, used in wanted if used]
-        return self._ctx.vertex_array(program, [(self._vertices, layout, *names)], self._indices)
+        vertices = [(self._vertices, layout, *names)] if names else []  # a shader that is being edited may want nothing
+        return self._ctx.vertex_array(program, vertices, self._indices)
 
     def _upload(self, **arrays: NDArray[Any]) -> None:
         """Put arrays of records on the GPU, or none of them if one is too large."""

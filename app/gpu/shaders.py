@@ -14,12 +14,15 @@ from pathlib import Path
 from ..data import data_dir
 from ..errors import NO_GRAPHICS, UserError
 
+Key = tuple[str, tuple[tuple[str, int], ...], tuple[str, ...]]  # shader, defines in order, fragment outputs
+
 VERSION = "#version 430 core"
 SUFFIXES = (".glsl", ".comp", ".vert", ".frag")
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 # Mesa "0:12(3): error", NVIDIA "0(12) : error", others "ERROR: 0:12: 'x'".
 _LOCATION = re.compile(r"^(?P<head>(?:ERROR|WARNING):\s*)?\d+[:(](?P<line>\d+)\)?(?:\(\d+\))?\s*:")
+_WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 class ShaderError(UserError):
@@ -41,9 +44,25 @@ class Source:
 
 
 def load_glsl(root: Path | None = None) -> dict[str, str]:
-    """All shader files under `root` (default: the ones shipped), keyed by path relative to it."""
+    """All shader files under `root` (default: the ones shipped), keyed by path relative to it.
+
+    Raises OSError, and ShaderError for one that holds no text, naming file and line.
+    """
     root = root or data_dir("glsl")
-    return {p.relative_to(root).as_posix(): p.read_text() for p in sorted(root.rglob("*")) if p.suffix in SUFFIXES}
+    return {p.relative_to(root).as_posix(): _text(p, root) for p in sorted(root.rglob("*")) if p.suffix in SUFFIXES}
+
+
+def _text(path: Path, root: Path) -> str:
+    data = path.read_bytes()
+    try:
+        text = data.decode("utf-8")
+        fault = data.find(b"\0")  # where a driver would stop reading
+    except UnicodeDecodeError as error:
+        fault = error.start
+    if fault >= 0:
+        line = 1 + data.count(b"\n", 0, fault)
+        raise ShaderError(f"{path.relative_to(root).as_posix()}:{line}: this is no text; save the file as UTF-8")
+    return text.replace("\r\n", "\n")
 
 
 def assemble(entry: str, files: Mapping[str, str], defines: Mapping[str, object] | None = None) -> Source:
@@ -87,3 +106,30 @@ def explain(log: str, source: Source) -> str:
         return f"{file}:{number}:{line[match.end() :]}"
 
     return "\n".join(locate(line) for line in log.splitlines())
+
+
+def stages_of(shader: str) -> tuple[str, ...]:
+    """The files of a compute shader, or of the stem of a `.vert` and a `.frag`."""
+    return (shader,) if shader.endswith(".comp") else (f"{shader}.vert", f"{shader}.frag")
+
+
+def canonical(key: Key, files: Mapping[str, str]) -> Key:
+    """The same program by the defines that its files mention: no other makes a difference to it."""
+    shader, defines, outputs = key
+    words: set[str] = set()
+    for name in _included(stages_of(shader), files):
+        if name not in files:
+            return key  # unknown what it would mention; `assemble` complains of it
+        words.update(_WORD.findall(files[name]))
+    return shader, tuple(define for define in defines if define[0] in words), outputs
+
+
+def _included(entries: tuple[str, ...], files: Mapping[str, str]) -> set[str]:
+    """The names of some files and of all that they include, there or not."""
+    seen, waiting = set(entries), list(entries)
+    while waiting:
+        asked = (match[1] for match in map(_INCLUDE.match, files.get(waiting.pop(), "").splitlines()) if match)
+        fresh = set(asked) - seen
+        seen |= fresh
+        waiting += fresh
+    return seen

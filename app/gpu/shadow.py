@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..scene.facts import SceneFacts
 from .context import leave_framebuffers
-from .shaders import ShaderError, assemble, explain, load_glsl
+from .programs import Program, Programs, give
 
 Vec3 = tuple[float, float, float]
 
@@ -43,8 +43,8 @@ class ShadowMap:
 
     def __init__(self, ctx: moderngl.Context, scene: Drawable, low: ArrayLike, high: ArrayLike) -> None:
         self._ctx, self._scene, self._low, self._high = ctx, scene, low, high
-        self._shown: tuple[Vec3, float] | None = None
-        self._program: moderngl.Program | None = None
+        self._shown: object = None
+        self._defines = _defines(scene)  # once: those of the ray-tracing tree come later and do not matter here
         self.size = SIZE if scene.facts.sun else 1  # without a sun nothing reads it, but a sampler must have a texture
         self.texture = ctx.depth_texture((self.size, self.size))
         self.texture.compare_func = "<="
@@ -59,35 +59,34 @@ class ShadowMap:
         """Of the depth texture."""
         return self.size * self.size * BYTES_PER_TEXEL
 
-    def update(self, direction: Vec3, time_s: float = 0.0) -> bool:
+    def update(self, programs: Programs, direction: Vec3, time_s: float = 0.0) -> bool:
         """Render for light travelling along `direction` (unit), and the scene as it was placed for `time_s`, unless the
         map shows just that. True if it rendered.
         """
-        if self._shown == (direction, time_s):
+        compiled = programs.get("raster/shadow", self._defines.items())
+        wanted = direction, time_s, compiled.texts
+        if self._shown == wanted:
             return False
-        self._shown = direction, time_s
+        self._shown = wanted
         self.view_proj = sun_view_projection(direction, self._low, self._high, self.size)
-        self._render()
+        self._render(compiled.program)
         self.renders += 1
         return True
 
     def release(self) -> None:
-        """Free the texture and its program."""
-        for resource in (self._framebuffer, self.texture, self._program):
-            if resource is not None:
-                resource.release()
-        self._program = None
+        """Free the texture."""
+        self._framebuffer.release()
+        self.texture.release()
 
-    def _render(self) -> None:
-        self._program = program = self._program or self._compiled()
-        program["sun_view_proj"] = tuple(self.view_proj.T.ravel())
+    def _render(self, program: Program) -> None:
+        give(program, sun_view_proj=tuple(self.view_proj.T.ravel()))
         for unit, (name, texture) in enumerate(self._scene.samplers.items()):
             if name in program:
                 texture.use(unit)
                 program[name] = unit
         for unit, (name, buffer) in enumerate(self._scene.blocks.items()):
             if name in program:
-                program[name].binding = unit  # type: ignore[union-attr]  # moderngl's type is a union of all it could be
+                program[name].binding = unit
                 buffer.bind_to_storage_buffer(unit)
         self._framebuffer.use()
         self._framebuffer.clear(depth=1.0)
@@ -95,17 +94,12 @@ class ShadowMap:
         self._scene.draw(program)
         leave_framebuffers(self._ctx)
 
-    def _compiled(self) -> moderngl.Program:
-        facts, files = self._scene.facts, load_glsl()
-        holes = {"ALPHA_MASKED": int(facts.alpha_masked), "TEXTURED": int(facts.textured and facts.alpha_masked)}
-        unused = {"LIT": 0, "NORMAL_MAPPED": 0, "EMISSIVE": 0}
-        defines = {**self._scene.defines, **holes, **unused, "OBJECTS": int(facts.objects)}
-        vertex, fragment = (assemble(f"raster/shadow.{stage}", files, defines) for stage in ("vert", "frag"))
-        try:
-            return self._ctx.program(vertex_shader=vertex.text, fragment_shader=fragment.text)
-        except moderngl.Error as error:
-            at_fault = fragment if "fragment_shader" in str(error) else vertex
-            raise ShaderError(f"raster/shadow: {explain(str(error), at_fault)}") from None
+
+def _defines(scene: Drawable) -> dict[str, int]:
+    facts = scene.facts
+    holes = {"ALPHA_MASKED": int(facts.alpha_masked), "TEXTURED": int(facts.textured and facts.alpha_masked)}
+    unused = {"LIT": 0, "NORMAL_MAPPED": 0, "EMISSIVE": 0}
+    return {**scene.defines, **holes, **unused, "OBJECTS": int(facts.objects)}
 
 
 def sun_view_projection(direction: Vec3, low: ArrayLike, high: ArrayLike, size: int) -> NDArray[np.float64]:

@@ -34,6 +34,19 @@ void main() {
 }"""
 
 
+def spare_queries(ctx: moderngl.Context) -> list[moderngl.Query]:
+    """Queries of the context that nobody uses: moderngl cannot release one, so none is thrown away."""
+    if ctx.extra is None:
+        ctx.extra = []
+    return ctx.extra  # type: ignore[no-any-return]
+
+
+def take_query(ctx: moderngl.Context) -> moderngl.Query:
+    """A spare query, or a new one."""
+    spare = spare_queries(ctx)
+    return spare.pop() if spare else ctx.query(time=True)
+
+
 def choose_source(timed_by_query_ms: float, timed_by_clock_ms: float) -> str:
     """GPU_TIMER if the query is believable beside the wall clock, else WALL_CLOCK."""
     believable = timed_by_clock_ms / AGREEMENT <= timed_by_query_ms <= timed_by_clock_ms * AGREEMENT
@@ -45,13 +58,13 @@ def self_test(ctx: moderngl.Context) -> tuple[str, float, float]:
     shader = ctx.compute_shader(_LOAD)
     result = ctx.buffer(reserve=64 * 256 * 4)
     result.bind_to_storage_buffer(0)
+    query = take_query(ctx)
     rounds = 64
     try:
         while True:
             shader["rounds"] = rounds
             ctx.finish()
             begin = time.perf_counter()
-            query = ctx.query(time=True)
             with query:
                 shader.run(256)
             ctx.finish()
@@ -61,6 +74,7 @@ def self_test(ctx: moderngl.Context) -> tuple[str, float, float]:
                 return choose_source(query_ms, clock_ms), query_ms, clock_ms
             rounds *= 4
     finally:
+        spare_queries(ctx).append(query)
         shader.release()
         result.release()
 
@@ -76,9 +90,14 @@ class Profiler:
         self.enabled = True
         self._frame = 0
         self._queries: dict[str, list[moderngl.Query | None]] = {}
-        self._spare: list[moderngl.Query] = []  # moderngl cannot release a query, so none is thrown away
         self._kept: dict[str, deque[float]] = {}
         self._length = KEPT
+        self.before_ms: dict[str, float] = {}  # by pass, when it last ran under another plan
+
+    def forget(self) -> None:
+        """Nothing measured so far says anything: another scene, or another size."""
+        self.reset()
+        self.before_ms.clear()
 
     @contextmanager
     def scope(self, name: str) -> Iterator[None]:
@@ -89,7 +108,7 @@ class Profiler:
             ring = self._queries.setdefault(name, [None] * RING)
             slot = self._frame % RING
             if (query := ring[slot]) is None:
-                query = ring[slot] = self._spare.pop() if self._spare else self._ctx.query(time=True)
+                query = ring[slot] = take_query(self._ctx)
             else:
                 self._keep(name, query.elapsed / 1e6)
             with query:
@@ -104,10 +123,13 @@ class Profiler:
         self._frame += 1
 
     def reset(self) -> None:
-        """Forget all times: the plan changed."""
-        self._spare += [query for ring in self._queries.values() for query in ring if query is not None]
+        """Begin anew: the plan changed. What the passes took before stays in `before_ms`."""
+        self.before_ms |= self.median_ms()
+        unused = [query for ring in self._queries.values() for query in ring if query is not None]
         self._queries.clear()
         self._kept.clear()
+        if unused:
+            spare_queries(self._ctx).extend(unused)
 
     def keep(self, frames: int = KEPT) -> None:
         """Forget all times, and from now on keep so many frames': a benchmark wants every one of its own."""
@@ -122,7 +144,11 @@ class Profiler:
                 if (query := ring[frame % RING]) is not None:
                     self._keep(name, query.elapsed / 1e6)
                     ring[frame % RING] = None
-                    self._spare.append(query)
+                    spare_queries(self._ctx).append(query)
+
+    def release(self) -> None:
+        """Leave the queries to whoever needs some next."""
+        self.reset()
 
     def median_ms(self) -> dict[str, float]:
         """Median milliseconds by pass name over the frames kept, in the order first run."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..gpu.context import Context
 from ..gpu.error_sums import ErrorSums
+from ..gpu.programs import Programs
 from ..renderer import Renderer
 from ..settings import Overlay
 from .metrics import WHOLE, Errors, errors_of_means
@@ -24,8 +25,8 @@ HEAT_RANGE = (0.0, 0.1)  # of the displayed difference, 0..1: 25 levels of 255 a
 class LiveError:
     """Compares a renderer's frames with one reference. It is up to the caller that both show the same."""
 
-    def __init__(self, ctx: Context) -> None:
-        self._sums = ErrorSums(ctx, len(REGIONS))
+    def __init__(self, ctx: Context, programs: Programs) -> None:
+        self._sums = ErrorSums(ctx, programs, len(REGIONS))
         self._latest: dict[str, Errors] | None = None
         self.floor: dict[str, Errors] | None = None  # of the reference (reference.py), without FLIP
 

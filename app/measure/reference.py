@@ -145,6 +145,8 @@ def drawing(
             _begin(renderer, shares, seed)
             for samples in batches:
                 of_batch = put(settings, "rays.samples_per_frame", samples)
+                while not renderer.ready(view, camera, of_batch, time_s=time_s):
+                    yield done / total
                 renderer.draw(view, camera, of_batch, time_s=time_s)
                 if counted:
                     shares.add(renderer)
@@ -153,6 +155,8 @@ def drawing(
             halves.append(renderer.linear())
         _begin(renderer, shares, SEEDS[0])
         for _ in range(points):
+            while not renderer.ready("reference", camera, settings, time_s=time_s):
+                yield done / total
             renderer.draw("reference", camera, settings, time_s=time_s)
             shares.add(renderer)
             done += 1

@@ -261,6 +261,10 @@ class Survey:
         budget_ms = None if by_query else SLICE_MS
         samples, spent = 0, 0.0
         while True:
+            while not renderer.ready(
+                candidate.view, subject.camera, settings, time_s=subject.time_s, time_budget_ms=budget_ms
+            ):
+                yield None
             begin = self.clock()
             renderer.draw(candidate.view, subject.camera, settings, time_s=subject.time_s, time_budget_ms=budget_ms)
             self.ctx.finish()

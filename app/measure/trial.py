@@ -91,10 +91,12 @@ class Trial:
                 if frame == warm_up:
                     profiler.keep(total - warm_up)
                     self.ctx.finish()
+                camera, time_s = self.moment
+                while not renderer.ready(candidate.view, camera, candidate.settings, time_s=time_s):
+                    yield
                 if not by_query:
                     self.ctx.finish()  # what else was drawn since the last frame, such as a window
                 begin = time.perf_counter()
-                camera, time_s = self.moment
                 renderer.draw(candidate.view, camera, candidate.settings, time_s=time_s)
                 if not by_query:  # queries time frames that overlap, as they do in use
                     self.ctx.finish()

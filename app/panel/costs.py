@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
+from ..scene.validate import count
 from . import style
-from .model import Cost, Shown
+from .memory import draw_memory
+from .model import Cost, ProgramsShown, Shown
 
 
 def draw_costs(shown: Shown) -> None:
@@ -24,28 +26,19 @@ def draw_costs(shown: Shown) -> None:
             imgui.end_table()
         _health(cost)
     muted(f"whole frame with window: {shown.frame_ms:.1f} ms (wall clock)")
-    total_bytes = sum(shown.memory.values())
-    imgui.text_unformatted(f"GPU memory: {total_bytes / 2**20:.0f} MiB")
-    if imgui.begin_item_tooltip():
-        for name, size in sorted(shown.memory.items(), key=lambda item: -item[1])[:24]:
-            imgui.text_unformatted(f"{size / 2**20:8.2f} MiB  {name}")
-        imgui.end_tooltip()
+    draw_memory(shown)
+    if shown.programs:
+        muted(programs_line(shown.programs))
 
 
-def draw_passes(cost: Cost) -> None:
-    """What ran and what was left out, each with the reason the plan gives."""
-    if cost.plan is None:
-        return
-    columns = imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop
-    if not imgui.begin_table(f"passes {cost.view}", 2, columns):
-        return
-    imgui.table_setup_column("pass", imgui.TableColumnFlags_.none, 0.38)
-    imgui.table_setup_column("why", imgui.TableColumnFlags_.none, 0.62)
-    for call in cost.plan.calls:
-        _reason(call.step.name, f"ran: {call.reason}", ran=True)
-    for left_out in cost.plan.skipped:
-        _reason(left_out.name, f"skipped: {left_out.reason}", ran=False)
-    imgui.end_table()
+def programs_line(programs: ProgramsShown) -> str:
+    """How many shader programs there are, and how many the next step can ask for."""
+    begun = "" if programs.complete else " so far"
+    rays = f", {programs.for_rays} more once rays are asked for" if programs.for_rays else ""
+    return (
+        f"{count(programs.kept, 'shader program')} of at most {programs.most}; "
+        f"ready for the next step{begun}: {programs.ready}{rays}"
+    )
 
 
 def muted(text: str) -> None:
@@ -74,13 +67,3 @@ def _row(name: str, ms: float, total: float) -> None:
     imgui.text_unformatted(f"{ms:8.2f} ms")
     imgui.table_next_column()
     imgui.progress_bar(ms / total if total > 0 else 0.0, imgui.ImVec2(-1.0, 0.8 * imgui.get_font_size()), "")
-
-
-def _reason(name: str, reason: str, ran: bool) -> None:
-    imgui.table_next_row()
-    imgui.table_next_column()
-    imgui.push_style_color(imgui.Col_.text, style.ACCENT if ran else style.MUTED)
-    imgui.text_unformatted(name)
-    imgui.pop_style_color()
-    imgui.table_next_column()
-    muted(reason)

@@ -29,6 +29,7 @@ Wish = Literal[
     "load preset",
     "advise",
     "stop advice",
+    "measure savings",
 ]
 
 
@@ -79,6 +80,7 @@ class Cost:
     limit: int = 0  # samples after which a still picture rests
     size: Size = (0, 0)  # px
     health: Mapping[str, BadTexels] = field(default_factory=dict)  # of the targets looked at so far
+    before: Mapping[str, float] = field(default_factory=dict)  # ms of passes that ran earlier, by name
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,17 @@ class HeatShown:
 
 
 @dataclass(frozen=True)
+class ProgramsShown:
+    """Compiled shaders: what is there, and what the next step can ask for."""
+
+    kept: int
+    most: int  # that are kept
+    ready: int  # of those within one step
+    for_rays: int  # of those within one step, what waits for the scene's tree
+    complete: bool  # all but these are ready
+
+
+@dataclass(frozen=True)
 class Shown:
     """What the panel tells but cannot change."""
 
@@ -122,5 +135,9 @@ class Shown:
     shader_error: str = ""
     message: str = ""  # fades after a few seconds
     loading: tuple[str, float] | None = None  # stage and fraction
+    preparing: tuple[str, float] | None = None  # what the view that was asked for waits for, and the part that is done
+    programs: ProgramsShown | None = None
+    full_ms: Mapping[str, float] = field(default_factory=dict)  # by pass, with every effect on
+    measuring: float | None = None  # the part of that which is done
     survey: SurveyShown | None = None
     heat: HeatShown | None = None

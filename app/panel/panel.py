@@ -14,7 +14,8 @@ from ..scene.validate import count
 from . import style
 from .advice import AdvicePicker
 from .cost import CostSection
-from .costs import draw_costs, draw_passes, muted
+from .costs import draw_costs, muted
+from .effects import EffectsSection
 from .knobs import draw_groups
 from .model import Look, Request, Shown
 from .overlay import Rect, draw_overlays
@@ -37,7 +38,7 @@ class Panel:
 
     def __init__(self) -> None:
         self._scenes, self._presets, self._advice = ScenePicker(), PresetPicker(), AdvicePicker()
-        self.cost = CostSection()
+        self.cost, self.effects = CostSection(), EffectsSection()
         self.width = 0.0  # window units, as last drawn; 0 while hidden
 
     def draw(self, look: Look, shown: Shown, size: tuple[float, float]) -> tuple[Look, list[Request]]:
@@ -88,10 +89,7 @@ class Panel:
         look = replace(look, settings=draw_groups(look.settings))
         if imgui.collapsing_header("Milliseconds", opened):
             draw_costs(shown)
-        if imgui.collapsing_header("Active passes"):
-            for cost in shown.costs:
-                imgui.text_unformatted(cost.view)
-                draw_passes(cost)
+        self.effects.draw(shown, requests)
         return look
 
     def _toolbar(self, shown: Shown, requests: list[Request]) -> None:
@@ -108,6 +106,9 @@ class Panel:
             resting = ", resting" if cost.limit and cost.samples >= cost.limit else ""
             unit = "sample" if cost.view in CONVERGING else "frame"
             muted(f"{cost.view}: {count(cost.samples, unit)}{resting}")
+        if shown.preparing:
+            what, part = shown.preparing
+            imgui.progress_bar(part, imgui.ImVec2(-1.0, 0.0), what)
         muted(f"fly speed {shown.speed:.3g} m/s")
         if shown.motion:
             playing, time_s = shown.motion

@@ -6,7 +6,7 @@ Every fact errs on the side of drawing: a CoC bound is never below a CoC that ca
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +23,7 @@ NEAR_SHARE = 2.5e-3  # of the scene's diagonal, for scenes smaller than a room
 # Of the near plane's distance. Farther away, 24 bits that fall as 1/z count in steps of more than 1/4096 of the depth,
 # 2 cm at 80 m, and what lies behind shows through.
 DEEP = 4096.0
+EVERY_COC_PX = 1e6  # radius of a CoC that is larger than any picture
 CUT_DEPTHS = 8  # at which a jump of the camera is judged: within a factor of two of everything from a hand to a hall
 _CUT_GRID = np.linspace(-0.98, 0.98, 9)  # of the picture's half width and height: a ninth of the screen apart
 
@@ -129,6 +130,15 @@ def is_cut(before: Camera, now: Camera, scene: SceneFacts, near_plane: float, si
     on_screen = (np.abs(earlier[:, :2]) <= -earlier[:, 2:] * slope_before).all(axis=1)
     same_side = np.einsum("ij,ij->i", away, away_before) > 0.0
     return not bool(np.any(on_screen & same_side))
+
+
+def with_every_effect(facts: Facts) -> Facts:
+    """The same scene, as if blur of any size, motion and all it is made of could appear anywhere: what leaving things
+    out is measured against.
+    """
+    seen = {"normal_mapped_in_view": facts.normal_mapped, "alpha_masked_in_view": facts.alpha_masked}
+    moved = {"camera_moved": True, "objects_moved": facts.objects}
+    return replace(facts, near_coc_px=EVERY_COC_PX, far_coc_px=EVERY_COC_PX, **seen, **moved)
 
 
 def frame_facts(

@@ -35,8 +35,7 @@ class Advisor:
             raise UserError(f"{goal} {limit:g}: give a number above 0")
         if not self._stage.sides:
             raise UserError("there is no picture yet to advise on")
-        shown = self._stage.sides[0].renderer
-        self._renderer = Renderer(self._stage.ctx, shown.scene, shown.size, timing_source=shown.timing_source)
+        self._renderer = self._stage.renderer(self._stage.sides[0].renderer.size)
         self._steps = self._run(self._renderer, goal, limit)
         self._tell("drawing the reference")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 from typing import Any, Protocol
 
 import moderngl
@@ -14,7 +13,6 @@ from ..gpu.context import REQUIRED
 
 BUTTON_NAMES = {1: "left", 2: "right", 3: "middle"}  # moderngl-window's numbers
 REFERENCE_DPI = 96.0  # density 1: the desktop standard that font sizes are given for
-POLL_S = 0.008  # how long an idle window sleeps between looks at its event queue: half a 60 Hz frame
 
 
 class Listener(Protocol):
@@ -47,9 +45,10 @@ class Desktop:
         require_display()
         try:
             from moderngl_window.context.pyglet.window import Window  # importing it already asks for the display
+            from pyglet.app import platform_event_loop
             from pyglet.window import key
 
-            self._key = key
+            self._key, self._events = key, platform_event_loop
             self._mglw: Any = Window(
                 title=title, gl_version=divmod(REQUIRED // 10, 10), size=size, vsync=True, aspect_ratio=None
             )
@@ -133,9 +132,9 @@ class Desktop:
         """Deliver what is queued, without waiting."""
         self._pyglet.dispatch_events()
 
-    def rest(self) -> None:
-        """Sleep a moment, then deliver what is queued: for a window that has nothing to draw."""
-        time.sleep(POLL_S)
+    def wait(self, seconds: float) -> None:
+        """Sleep until an event comes, but no longer than that, and deliver it: for a window with nothing to draw."""
+        self._events.step(seconds)
         self.pull_events()
 
     def swap(self) -> None:

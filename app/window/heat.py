@@ -24,7 +24,7 @@ class Heat:
     """Draws the reference with a renderer that exists only meanwhile; measures what the stage's first side shows."""
 
     def __init__(self, stage: Stage) -> None:
-        self._stage, self._live = stage, LiveError(stage.ctx)
+        self._stage, self._live = stage, LiveError(stage.ctx, stage.rehearsal.programs)
         self._key: Key | None = None
         self._drawing: Generator[float, None, Reference] | None = None
         self._renderer: Renderer | None = None

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from imgui_bundle import imgui, implot
-from platformdirs import user_config_dir
 
 from ..camera import Viewpoint
 from ..errors import UserError
@@ -26,18 +25,23 @@ from ..scene.facts import Facts
 from ..settings import Settings
 from .desktop import Desktop
 from .events import Events
+from .remembered import ini_file
 from .requests import Requests
 from .stage import Stage
 from .state import State
 from .status import StatusLog
 from .surveyor import UI_S, Surveyor
+from .telling import telling, title
+from .warmup import WarmUp
 
 SETTLE_S = (
     0.2  # the picture is scaled until a new size has stood this long: drawing every step of a drag would stall it
 )
 QUIET_S = 0.15  # after input, frames that only refine the picture wait this long, so that the panel answers at once
 PROGRESS_S = 0.1  # between two drawings of the progress bar: loading should load
-UI_REFRESH_S = 0.5  # between the figures of a resting window
+REST_S = 0.5  # longest sleep of a resting window: some systems do not wake it to be interrupted
+BUILDING_S = 0.1  # the same while a thread builds: between two drawings of its progress
+COMPILES = 1  # programs a turn: no frame stalls for more
 BACKGROUND = (0.05, 0.05, 0.05)
 CURSORS: dict[int, str] = {
     imgui.MouseCursor_.text_input: "text",
@@ -92,11 +96,13 @@ class Window:
         self._desktop, self._status = desktop, status
         imgui.create_context()
         implot.create_context()
-        imgui.get_io().set_ini_filename(_ini_file())
+        imgui.get_io().set_ini_filename(ini_file())
+        imgui.get_io().config_input_text_cursor_blink = False  # a resting window draws nothing
         style.apply(desktop.density)
         self._state = State(look, Shown(device=device_name(desktop.ctx)), given)
-        self._stage = Stage(desktop.ctx, self._on_progress)
+        self._stage = Stage(desktop.ctx, self._on_progress, COMPILES)
         self._surveyor = Surveyor(self._state, self._stage)
+        self._warm_up = WarmUp(self._state, self._stage)
         self._panel = Panel()
         self._events = Events(desktop, self._state, self._stage, self._panel, self._digest)
         self._requests = Requests(self._state, self._stage, screenshots)
@@ -104,6 +110,7 @@ class Window:
         self._size, self._wanted_size, self._size_since = (0, 0), (0, 0), 0.0
         self._last_ui = self._last_step = time.perf_counter()
         self._last_progress = 0.0
+        self._outdated = False  # what the panel tells is no longer so
         self._good_view = look.view
         desktop.listen(self._events)
 
@@ -121,7 +128,7 @@ class Window:
 
     def release(self) -> None:
         """Free everything on the GPU and ImGui's context."""
-        self._requests.advisor.stop()
+        self._requests.stop()
         self._surveyor.release()
         self._stage.release()
         self._presenter.release()
@@ -139,31 +146,50 @@ class Window:
             state.pass_time(now - self._last_step)
         self._last_step = now
         self._settle_size(now)
-        advising = self._requests.advisor.advance()
+        self._stage.rehearsal.begin_turn()
+        advising = self._requests.advance()
         changed, converging = self._stage.pending(state.look, state.camera, self._size, state.time_s)
         if not changed and not advising and self._surveyor.turn(self._size, now, converging):
+            self._outdated = True
             if now > state.awake_until and now - self._last_ui < UI_S:
                 self._desktop.pull_events()
                 return
         elif changed or (converging and not advising and now - state.last_input > QUIET_S):
             self._draw_scene(now)
             self._surveyor.drawn(time.perf_counter() - now)
-        elif not advising and now > state.awake_until and now - self._last_ui < UI_REFRESH_S:
-            self._desktop.rest()
+            if not changed and now > state.awake_until:
+                self._warm_up.turn()
+        elif not advising and now > state.awake_until and not self._has_news(now):
+            self._rest(now)
             return
         self._frame_ui()
+        if self._stage.building and (self._stage.idle or not changed):
+            self._desktop.wait(BUILDING_S)
+
+    def _has_news(self, now: float) -> bool:
+        """Whether the panel, as it was last drawn, tells what is no longer so."""
+        return self._outdated or self._panel.effects.fading or self._last_ui < self._state.message_until <= now
+
+    def _rest(self, now: float) -> None:
+        """Nothing is to be drawn: compile one program for the next step, else wait until something is to be done."""
+        if not self._warm_up.done:
+            self._warm_up.turn()
+            self._outdated = self._warm_up.done
+            self._desktop.pull_events()
+            return
+        until = [REST_S, *(at - now for at in (self._state.message_until, self._size_since + SETTLE_S) if at > now)]
+        self._desktop.wait(BUILDING_S if self._stage.building else min(until))
 
     def _draw_scene(self, begin: float) -> None:
         state = self._state
-        if not self._stage.costs():
-            self._show_progress("compiling shaders", 0.0)  # the first frame does; drivers give no progress
         try:
             self._stage.draw(state.look, state.camera, self._size, state.time_s)
-            self._good_view = state.look.view
         except UserError as error:
             state.say(str(error))
             state.look = self._without_culprit(state.look)
             return
+        if not self._stage.preparing:
+            self._good_view = state.look.view
         self._desktop.ctx.finish()  # else a slow device would queue up frames ahead of the events
         state.shown = replace(state.shown, frame_ms=(time.perf_counter() - begin) * 1e3)
 
@@ -185,7 +211,7 @@ class Window:
         self._show_pictures(buffer)
         screen.viewport = (0, 0, *buffer)
         self._imgui.render(imgui.get_draw_data())
-        self._desktop.set_title(self._title())
+        self._desktop.set_title(title(self._state.look, self._stage))
         self._desktop.set_cursor("size_left_right" if self._events.on_bar else CURSORS.get(imgui.get_mouse_cursor()))
         self._log()
         self._desktop.swap()
@@ -197,9 +223,10 @@ class Window:
         io.display_size = imgui.ImVec2(*size)
         io.display_framebuffer_scale = imgui.ImVec2(buffer[0] / max(size[0], 1), buffer[1] / max(size[1], 1))
         io.delta_time = max(now - self._last_ui, 1e-4)
-        self._last_ui = now
+        self._last_ui, self._outdated = now, False
         imgui.new_frame()
-        state.look, requests = self._panel.draw(state.look, self._telling(now), size)
+        shown = telling(state, self._stage, self._surveyor, self._warm_up, self._requests.ledger, now)
+        state.look, requests = self._panel.draw(state.look, shown, size)
         state.requests += requests
 
     def _digest(self) -> None:
@@ -221,29 +248,6 @@ class Window:
             right = textures[1] if len(textures) > 1 and self._state.look.compare else None
             self._presenter.show(textures[0], right, self._state.look.bar, rect, self._desktop.screen)
 
-    def _telling(self, now: float) -> Shown:
-        stage, state = self._stage, self._state
-        survey, heat = self._surveyor.shown()
-        return replace(
-            state.shown,
-            timing_source=stage.timing_source,
-            costs=stage.costs(),
-            scene=stage.name,
-            report=stage.scene.report if stage.scene else None,
-            viewpoints=stage.viewpoints,
-            memory=stage.memory | self._surveyor.memory,
-            speed=state.pilot.speed,
-            motion=(state.playing, state.time_s) if stage.moves else None,
-            message=state.shown.message if now < state.message_until else "",
-            survey=survey,
-            heat=heat,
-        )
-
-    def _title(self) -> str:
-        look, name = self._state.look, Path(self._stage.name).name
-        views = f"{look.view} | {look.other}" if look.compare else look.view
-        return f"{views} - {name} - hybrid-dof" if name else "loading - hybrid-dof"
-
     def _log(self) -> None:
         """Note what is about to be shown; events that arrive with the swap belong to the next frame."""
         costs = self._stage.costs()
@@ -252,7 +256,10 @@ class Window:
             "size": list(self._size),
             "window": list(self._desktop.size),
             "drawn": bool(costs),
-            "resting": all(cost.samples >= cost.limit for cost in costs),
+            "resting": not self._stage.preparing and all(cost.samples >= cost.limit for cost in costs),
+            "preparing": self._stage.preparing,
+            "warm": self._warm_up.done,
+            "programs": len(self._stage.rehearsal.programs),
         }
         entry = {**own, **self._state.log_entry(), **self._surveyor.log_entry(self._panel.cost.places)}
         self._status.write(entry, self._state.say)
@@ -287,13 +294,3 @@ class Window:
         self._state.shown = replace(self._state.shown, loading=(stage, fraction))
         self._frame_ui()
         self._state.shown = replace(self._state.shown, loading=None)
-
-
-def _ini_file() -> str:
-    """Where ImGui remembers the panel's width; empty (nothing is remembered) if the folder cannot be made."""
-    folder = Path(user_config_dir("hybrid-dof", appauthor=False))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return ""
-    return str(folder / "panel.ini")

@@ -15,6 +15,7 @@ from ..presets import SUFFIX, is_preset, preset_of, read_preset, write_preset
 from ..session import focused
 from ..settings import put, to_dict
 from .advisor import Advisor
+from .ledger import Ledger
 from .stage import Stage
 from .state import State
 
@@ -26,7 +27,16 @@ class Requests:
 
     def __init__(self, state: State, stage: Stage, screenshots: Path) -> None:
         self._state, self._stage, self._screenshots = state, stage, screenshots
-        self.advisor = Advisor(state, stage)
+        self.advisor, self.ledger = Advisor(state, stage), Ledger(state, stage)
+
+    def advance(self) -> bool:
+        """One frame of what goes on beside the picture; False where nothing does."""
+        return self.advisor.advance() or self.ledger.advance()
+
+    def stop(self) -> None:
+        """End what goes on beside the picture."""
+        self.advisor.stop()
+        self.ledger.stop()
 
     def serve(self, request: Request) -> None:
         """Do it, or say why not."""
@@ -47,6 +57,8 @@ class Requests:
                 self.advisor.start(request.text, request.number)
             elif request.wish == "stop advice":
                 self.advisor.stop()
+            elif request.wish == "measure savings":
+                self.ledger.start()
             elif request.wish == "fit range":
                 self._fit_range()
         except UserError as error:
@@ -55,7 +67,7 @@ class Requests:
     def load(self, name: str, viewpoint: Viewpoint | None = None) -> None:
         """Load a scene and stand at `viewpoint`, else at its first. Raises UserError; the old scene then stays."""
         state = self._state
-        self.advisor.stop()  # it draws the scene that goes
+        self.stop()  # they draw the scene that goes
         try:
             self._stage.load(name)
         finally:

@@ -12,72 +12,50 @@ import numpy as np
 from ..camera import Camera, Viewpoint
 from ..errors import UserError
 from ..files import user_path
-from ..frame.pipeline import CONVERGING
 from ..frame.targets import TARGETS
+from ..gpu.rehearsal import Rehearsal
 from ..gpu.scene import GpuScene
 from ..optics import SKY_DEPTH
 from ..panel.model import Cost, Look
 from ..panel.scenes import camera_files
 from ..renderer import Renderer
 from ..scene import gallery
+from ..scene.facts import Facts, frame_facts
 from ..scene.model import Scene
 from ..session import load_gpu_scene, viewpoints
+from ..settings import Settings
+from .side import Choice, Side
 
 Size = tuple[int, int]
 Progress = Callable[[str, float], None]
 
-REST_STILL = 256  # frames of a still picture until it rests: the jitter's mean has long converged below 8 bits
-REST_TRACED = 1 << 16  # lens samples per pixel until a running mean rests: noise 1/256 of one sample's
 BUDGET_MS = 60.0  # of a time-sliced view per frame: the window answers some ten times a second
 FIT_PERCENTILES = (1.0, 99.0)  # of a fitted range: outliers such as specks do not flatten the rest
 
 
 @dataclass
-class Side:
-    """One renderer, what it last drew, and for how many frames that has stood still."""
-
-    renderer: Renderer
-    drawn: Any = None
-    still: int = 0
-    view: str = ""
-    texture: moderngl.Texture | None = None
-
-    @property
-    def samples(self) -> int:
-        return self.renderer.converged_samples if self.view in CONVERGING else self.still
-
-    @property
-    def limit(self) -> int:
-        """Samples after which nothing changes any more."""
-        if self.view in CONVERGING:
-            return REST_TRACED
-        plan = self.renderer.plan
-        return REST_STILL if plan and any(call.step.history or call.step.updates for call in plan.calls) else 1
-
-    def cost(self) -> Cost:
-        return Cost(
-            self.view,
-            self.renderer.plan,
-            tuple(self.renderer.timings),
-            self.samples,
-            self.limit,
-            self.renderer.size,
-            dict(self.renderer.health.found),
-        )
-
-
-@dataclass
 class Stage:
-    """One scene, seen by one renderer or, in the split screen, two. Owns them all."""
+    """One scene, seen by one renderer or, in the split screen, two. Owns them all, and the programs they share.
+
+    `compiles`: how many programs may be compiled in a turn, while the nearest picture that is ready is shown, and a
+    tree for rays is built beside it; None: `draw` waits for whatever it needs.
+    """
 
     ctx: moderngl.Context
     progress: Progress
+    compiles: int | None = None
     name: str = ""
     scene: Scene | None = None
     viewpoints: tuple[Viewpoint, ...] = ()
     sides: list[Side] = field(default_factory=list)
     edition: int = 0  # grows with each scene and with each reading of the shaders
+    rehearsal: Rehearsal = field(init=False)
+    idle: bool = False  # of the last `draw`: there was nothing it could do yet
     _gpu_scene: GpuScene | None = None
+    _compiling: float | None = None  # the part that is ready of what is waited for
+
+    def __post_init__(self) -> None:
+        self.rehearsal = Rehearsal(self.ctx, self.compiles)
 
     def load(self, name: str) -> None:
         """Replace the scene. Raises UserError, in which case the old one stays."""
@@ -88,7 +66,9 @@ class Stage:
         for side in self.sides:
             side.renderer.scene = gpu_scene
             side.renderer.reset()
-            side.drawn = None
+            side.renderer.profiler.forget()
+            side.forget()
+        self._compiling = None
         if old:
             old.release()
         built_in = gallery.find(name)
@@ -100,7 +80,14 @@ class Stage:
     def renderer(self, size: Size) -> Renderer:
         """Another renderer of the scene, which belongs to the caller and draws whatever scene was last given to it."""
         assert self._gpu_scene is not None, "load a scene first"
-        made = Renderer(self.ctx, self._gpu_scene, size, timing_source=self.timing_source or None)
+        made = Renderer(
+            self.ctx,
+            self._gpu_scene,
+            size,
+            timing_source=self.timing_source or None,
+            share_memory=True,
+            rehearsal=self.rehearsal,
+        )
         made.progress_callback = self.progress
         return made
 
@@ -119,6 +106,12 @@ class Stage:
         assert self._gpu_scene is not None, "load a scene first"
         return float(np.linalg.norm(np.subtract(self._gpu_scene.facts.high, self._gpu_scene.facts.low)))
 
+    def facts(self, settings: Settings, camera: Camera) -> Facts:
+        """What a still frame from there meets, as large as the last one."""
+        assert self._gpu_scene is not None, "load a scene first"
+        size = self.sides[0].renderer.size if self.sides else (1, 1)
+        return frame_facts(self._gpu_scene.facts, camera, settings.lens, size, self._gpu_scene.near_plane)
+
     def pending(self, look: Look, camera: Camera, size: Size, time_s: float = 0.0) -> tuple[bool, bool]:
         """(something changed since the last drawing, something still converges)."""
         views = _views(look)
@@ -127,22 +120,57 @@ class Stage:
         )
         return changed, any(side.samples < side.limit for side in self.sides)
 
+    @property
+    def preparing(self) -> tuple[str, float] | None:
+        """What the picture that was asked for still waits for, and which part of that is done; None: it is drawn."""
+        tree = self._gpu_scene.tree_progress if self._gpu_scene else None
+        return None if self._compiling is None else tree or ("compiling shaders", self._compiling)
+
+    @property
+    def building(self) -> bool:
+        """Whether a thread makes the scene's tree."""
+        return self._gpu_scene is not None and self._gpu_scene.tree_progress is not None
+
+    @property
+    def held_up(self) -> bool:
+        """Whether nothing more can be made ready in this turn."""
+        return self.building or (self.rehearsal.patient and self.rehearsal.spent)
+
     def draw(self, look: Look, camera: Camera, size: Size, time_s: float = 0.0) -> None:
         """Draw the next frame of each side that is not at rest. Raises UserError for a target that nothing writes."""
         views = _views(look)
         self._provide(len(views), size)
+        self._compiling, self.idle = None, True
         for side, view in zip(self.sides, views, strict=True):
-            key = _key(view, look, camera, size, time_s)
+            side.resize(size)
+            shown = self._choice(side, (view, look.settings), camera, time_s)
+            if shown is None:
+                continue
+            key = (*shown, camera, size, time_s)
             if side.drawn == key and side.samples >= side.limit:
                 continue
-            side.renderer.resize(size)
+            self.idle = False
             side.renderer.profiler.enabled = look.panel
             side.renderer.health.watched = "in turn" if look.panel else "nothing"
-            side.texture = side.renderer.draw(
-                view, camera, look.settings, time_s=time_s, time_budget_ms=BUDGET_MS / len(views)
-            )
+            side.texture = side.renderer.draw(shown[0], camera, shown[1], time_s=time_s, time_budget_ms=self._budget_ms)
             side.still = side.still + 1 if side.drawn == key else 1
-            side.drawn, side.view = key, view
+            side.drawn, (side.view, side.settings) = key, shown
+        self.idle = self.idle and not (self.rehearsal.patient and self.rehearsal.spent)
+
+    def _choice(self, side: Side, wanted: Choice, camera: Camera, time_s: float) -> Choice | None:
+        """What a side draws now: what is wanted, or what is ready and nearest to it, or nothing."""
+        key = (*wanted, camera, side.renderer.size, time_s)
+        options = {"time_s": time_s, "time_budget_ms": self._budget_ms}
+        if side.drawn == key and side.samples >= side.limit:
+            return wanted
+        if side.renderer.ready(wanted[0], camera, wanted[1], **options):
+            return wanted
+        self._compiling = self.rehearsal.part
+        return side.stand_in(wanted[1], camera, **options)
+
+    @property
+    def _budget_ms(self) -> float:
+        return BUDGET_MS / len(self.sides)
 
     def depth_at(self, across: float, down: float, look: Look) -> float | None:
         """Planar depth [m] at a fraction of the picture's width and height from the top left; None in the sky."""
@@ -174,12 +202,13 @@ class Stage:
         return None
 
     def reload_shaders(self) -> str:
-        """Re-read the shader files; the first error's text, or nothing."""
-        errors = [side.renderer.reload_shaders() for side in self.sides]
+        """Re-read the shader files; an error's text, in which case the last good programs go on, or nothing."""
+        error = self.rehearsal.programs.reload()
         self.edition += 1
         for side in self.sides:
+            side.renderer.reset()
             side.drawn = None
-        return next((error for error in errors if error), "")
+        return error or ""
 
     def costs(self) -> tuple[Cost, ...]:
         return tuple(side.cost() for side in self.sides if side.view)
@@ -196,7 +225,7 @@ class Stage:
 
     @property
     def timing_source(self) -> str:
-        return self.sides[0].renderer.timing_source if self.sides else ""
+        return self.sides[0].renderer.profiler.source if self.sides else ""
 
     def release(self) -> None:
         """Free everything on the GPU."""
@@ -206,6 +235,7 @@ class Stage:
         if self._gpu_scene:
             self._gpu_scene.release()
             self._gpu_scene = None
+        self.rehearsal.release()
 
     def _provide(self, count: int, size: Size) -> None:
         while len(self.sides) > count:

@@ -109,7 +109,7 @@ class Surveyor:
         if look.heat:
             self._heat = self._heat or Heat(self._stage)
             self._heat.aim(state.camera, look.settings, size, state.time_s)
-        return self._busy
+        return self._busy and not self._stage.building
 
     def _work(self) -> None:
         """Draw a slice, or several short ones."""
@@ -128,7 +128,7 @@ class Surveyor:
                 self._heat.step()
             elif self._survey:
                 self._survey.step()
-            if (time.perf_counter() - begin) * 1e3 >= SLICES_MS:
+            if (time.perf_counter() - begin) * 1e3 >= SLICES_MS or self._stage.held_up:
                 break
 
     @property
@@ -150,7 +150,7 @@ class Surveyor:
             self._edition = stage.edition
         if self._edition != stage.edition:
             self._edition, self._renderer.scene = stage.edition, stage.gpu_scene  # type: ignore[assignment]
-            self._renderer.reload_shaders()
+            self._renderer.reset()
         picture = stage.gpu_scene, stage.edition, state.camera, state.time_s, look.view, look.settings
         subject = Subject(*picture, small, look.survey.dear, look.survey.flip)
         self._survey.aim(subject)

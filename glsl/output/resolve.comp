@@ -1,7 +1,7 @@
 // Averages a view's picture over frames: everything while nothing moves, else what can be followed.
 // Reads (full resolution): color (linear radiance, aliased, jittered; LAYERED a: share of a near layer), motion (px)
 //   while something moves, last frame's resolved (linear radiance; a: frames averaged so far).
-// Writes (full resolution): resolved (the same).
+// Writes (full resolution): resolved (the same); while nothing moves in place, texel by texel over last frame's.
 // Method: temporal anti-aliasing (Yang, Liu and Salvi 2020, sections 3 and 4): running mean; history fetched along
 // motion with Catmull-Rom weights, since bilinear fetches blur a little more every frame, and clipped to the
 // neighbourhood's mean and deviation (Salvi 2016).
@@ -12,11 +12,13 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D in_color;
-uniform sampler2D prev_resolved;
 #if HAS_MOTION
+uniform sampler2D prev_resolved;
 uniform sampler2D in_motion;
-#endif
 layout(rgba32f) writeonly uniform image2D out_resolved;
+#else
+layout(rgba32f) uniform image2D out_resolved;
+#endif
 
 const float LAYERED_FRAMES = 1.0;   // earlier frames that count where a near layer lies over the surface that moves
 const float CLIP_DEVIATIONS = 1.25;  // Salvi's gamma: 1 flickers on thin detail, 2 lets ghosts through
@@ -68,9 +70,9 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(frame.size_px)))) return;
     vec3 now = color_at(pixel);
-    vec4 history = fetch_finite(prev_resolved, pixel);
     bool known = frame.history_valid != 0u;
 #if HAS_MOTION
+    vec4 history = vec4(0.0);
     vec2 before = vec2(pixel) + 0.5 - fetch_finite(in_motion, pixel).xy;
     known = known && all(greaterThan(before, vec2(0.0))) && all(lessThan(before, frame.size_px));
     if (known) {
@@ -84,6 +86,8 @@ void main() {
 #endif
         history.a = min(history.a, most);
     }
+#else
+    vec4 history = finite(imageLoad(out_resolved, pixel));
 #endif
     float frames = known && is_usable(history.rgb) ? history.a : 0.0;
     vec3 mean = frames > 0.0 ? history.rgb + (now - history.rgb) / (frames + 1.0) : now;

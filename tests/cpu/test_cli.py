@@ -5,6 +5,7 @@ everything.
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -235,6 +236,24 @@ def test_info_says_what_moves(capsys: pytest.CaptureFixture[str]) -> None:
         "axle",
     ]
     assert all(line.endswith(" m, every 8 s") for line in lines if line.startswith("  moves: "))
+
+
+def test_plan_and_info_tell_what_frames_take(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "still-life", "--view", "post", "--size", "640x360"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    listed = lines[lines.index("memory of the frame, targets that share a texture together:") + 1 :]
+    total, unshared = (float(x) for x in re.findall(r"([\d.]+) MiB", listed[-1]))
+    assert f"{640 * 360 * 16 / 2**20:.1f} MiB  resolved" in listed[0]
+    assert sum(float(line.split()[0]) for line in listed[:-1]) == pytest.approx(total, abs=0.05 * len(listed))
+    assert total < unshared
+    assert main(["plan", "still-life", "--view", "post", "--size", "1280x720"]) == 0
+    assert float(re.findall(r"([\d.]+) MiB", capsys.readouterr().out)[-2]) == pytest.approx(4.0 * total, rel=0.01)
+    assert main(["info", "still-life"]) == 0
+    told = re.findall(r"^  (\w+) at 1920x1080: ([\d.]+) MiB, in motion ([\d.]+) MiB$", capsys.readouterr().out, re.M)
+    assert [view for view, *_ in told] == list(VIEWS)
+    taken = {view: float(still) for view, still, _ in told}
+    assert taken["traced"] < taken["sharp"] < taken["post"] < taken["hybrid"]
+    assert all(float(still) <= float(moving) for _, still, moving in told)
 
 
 def test_a_pinholes_plan_says_that_it_is_one(capsys: pytest.CaptureFixture[str]) -> None:

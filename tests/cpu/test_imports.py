@@ -21,7 +21,7 @@ LAYERS = (  # a module imports from its own layer and from those above it in thi
     ("panel",),
     ("window",),
     ("bench_options", "bench_command"),
-    ("commands", "tune_command"),
+    ("commands", "info_command", "plan_command", "tune_command"),
     ("cli", "__main__"),
 )
 RANK = {unit: rank for rank, units in enumerate(LAYERS) for unit in units}

@@ -12,11 +12,13 @@ from imgui_bundle import imgui
 
 from app.camera import Camera, Viewpoint, write_viewpoint
 from app.controls import BINDINGS
+from app.frame.memory import frame_memory, memory_sum
 from app.frame.pipeline import frame_plan
 from app.frame.targets import TARGETS
 from app.panel import style
 from app.panel.input import UiInput, imgui_key
 from app.panel.knobs import TITLES, describe, draw_knob, title
+from app.panel.memory import MOST_LINES, memory_table
 from app.panel.model import Cost, Look, Request, Shown
 from app.panel.panel import Panel
 from app.panel.scenes import camera_files
@@ -86,6 +88,18 @@ def test_drawing_changes_nothing_by_itself(ui: imgui.IO, view: str) -> None:
     panel, look = Panel(), Look(view=view, other="depth", compare=True, help=True)
     for _ in range(3):
         assert draw(panel, look, shown()) == look
+
+
+def test_memory_is_listed_by_texture_and_summed_up_by_view() -> None:
+    plan = frame_plan("sharp", Settings(), Facts(near_coc_px=9.0, far_coc_px=9.0))
+    memory = {f"target {i}": (100 - i) << 20 for i in range(MOST_LINES + 3)} | {"half_color, trace_near": 500 << 20}
+    costs = (Cost("sharp", plan, size=(1920, 1080)), Cost("post"))
+    lines = memory_table(Shown(memory=memory, costs=costs))
+    assert lines[0] == " 500.0 MiB  half_color, trace_near"
+    left_out = sum(100 - i for i in range(MOST_LINES - 1, MOST_LINES + 3))
+    assert lines[MOST_LINES] == f" {left_out}.0 MiB  4 others"
+    assert lines[MOST_LINES + 1 :] == [f"sharp: {memory_sum(frame_memory(plan, (1920, 1080)))}"]
+    assert memory_table(Shown()) == []
 
 
 @pytest.mark.parametrize("size", [(320.0, 180.0), (1.0, 1.0), (5000.0, 40.0)])

@@ -42,6 +42,9 @@ class FakeRenderer:
         )
     )
 
+    def ready(self, *view: Any, **moment: Any) -> bool:
+        return True
+
     def draw(self, view: str, camera: Camera, settings: Settings, *, time_s: float, time_budget_ms: Any = None) -> None:
         self.now += SECONDS[view] * (9.0 if self.samples < WARM_UP and view == "post" else 1.0)  # slow at first
         self.drawn.append(view)

@@ -184,7 +184,7 @@ def signal_variance(spread: ArrayLike, noise: ArrayLike) -> Array:
 def neighbour_share(noise: ArrayLike, signal: ArrayLike) -> Array:
     """Part of a pixel's value taken from its neighbours: local Wiener filter (Lee 1980)."""
     noise = np.asarray(noise, np.float64)
-    return np.where(noise > 0.0, noise / np.maximum(noise + signal, 1e-300), 0.0)
+    return np.where(noise > 0.0, noise / np.where(noise > 0.0, noise + signal, 1.0), 0.0)
 
 
 def mask_gradient(normal: Array, coc: Array, smoothing_px: float) -> Array:

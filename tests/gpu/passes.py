@@ -20,10 +20,12 @@ def run_pass(
     output: tuple[str, str, int],
     frame: Mapping[str, object],
     defines: Mapping[str, object] | None = None,
+    before: np.ndarray | None = None,
 ) -> np.ndarray:
     """Run `shader` over `inputs` (sampler name -> (h, w, c)); `output` is (image name, dtype, components).
 
     `frame` sets fields of the uniform block, matrices as GL wants them; size_px and inverse_size come from the inputs.
+    `before` is what the output holds beforehand, for a pass that works in place.
     Returns (h, w, c).
     """
     height, width = next(iter(inputs.values())).shape[:2]
@@ -48,8 +50,9 @@ def run_pass(
             program[name] = unit
         textures.append(texture)
     name, dtype, components = output
-    result = ctx.texture((width, height), components, dtype=_DTYPE[dtype])
-    result.bind_to_image(0, read=False, write=True)
+    texels = None if before is None else np.ascontiguousarray(before, dtype).tobytes()
+    result = ctx.texture((width, height), components, texels, alignment=1, dtype=_DTYPE[dtype])
+    result.bind_to_image(0, read=before is not None, write=True)
     program[name] = 0
     program.run(-(-width // 8), -(-height // 8))
     ctx.memory_barrier()

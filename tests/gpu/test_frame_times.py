@@ -81,7 +81,7 @@ def test_a_timer_that_lies_is_replaced_by_the_wall_clock(ctx: moderngl.Context) 
         elapsed = 1
 
     liar = SimpleNamespace(
-        compute_shader=ctx.compute_shader, buffer=ctx.buffer, finish=ctx.finish, query=lambda time: Lying()
+        compute_shader=ctx.compute_shader, buffer=ctx.buffer, finish=ctx.finish, extra=None, query=lambda time: Lying()
     )
     source, query_ms, _ = sources.self_test(liar)
     assert (source, query_ms) == (WALL_CLOCK, 1e-6)

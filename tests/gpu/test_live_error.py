@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 from app.camera import Moment
 from app.gpu.error_sums import BLOCK, ErrorSums
+from app.gpu.programs import Programs
 from app.gpu.timing import RING
 from app.measure import metrics
 from app.measure.live import HEAT_RANGE, LiveError, errors_of_sums
@@ -40,8 +41,10 @@ def texture(ctx: moderngl.Context, picture: np.ndarray) -> moderngl.Texture:
     return ctx.texture((picture.shape[1], picture.shape[0]), 4, np.ascontiguousarray(texels), dtype="f4")
 
 
-def measured(ctx: moderngl.Context, picture: np.ndarray, truth: np.ndarray, labels: np.ndarray) -> np.ndarray:
-    sums, given = ErrorSums(ctx, len(REGIONS)), texture(ctx, picture)
+def measured(
+    ctx: moderngl.Context, programs: Programs, picture: np.ndarray, truth: np.ndarray, labels: np.ndarray
+) -> np.ndarray:
+    sums, given = ErrorSums(ctx, programs, len(REGIONS)), texture(ctx, picture)
     sums.set_truth(truth, labels)
     sums.queue(given)
     result = sums.sums(age=0)
@@ -73,24 +76,24 @@ def test_a_pixels_errors_are_its_twins(ctx, light: np.ndarray, truth: np.ndarray
 
 
 @pytest.mark.parametrize("size", [(1, 1), (64, 36), (129, 257), (1920, 1080)])
-def test_sums_over_regions_are_numpys(ctx: moderngl.Context, size: tuple[int, int]) -> None:
+def test_sums_over_regions_are_numpys(ctx: moderngl.Context, programs: Programs, size: tuple[int, int]) -> None:
     random = np.random.default_rng(size[0])
     truth = np.float32(random.uniform(0.0, 2.0, (size[1], size[0], 3)))
     picture = np.float32(truth * random.uniform(0.5, 1.5, truth.shape))
     labels = random.integers(0, len(REGIONS) - 1, truth.shape[:2]).astype(np.uint8)  # nothing in the last
-    sums = measured(ctx, picture, truth, labels)
+    sums = measured(ctx, programs, picture, truth, labels)
     np.testing.assert_array_equal(sums[:, 3], np.bincount(labels.ravel(), minlength=len(REGIONS)))
     expected = metrics.measure(picture, truth, region_masks(labels), flip=False)
     assert_close(errors_of_sums(sums), expected, tolerance(size[0]))
     assert math.isnan(expected["near_blur"].rmse)
 
 
-def test_what_is_not_a_number_stays_in_its_region(ctx: moderngl.Context) -> None:
+def test_what_is_not_a_number_stays_in_its_region(ctx: moderngl.Context, programs: Programs) -> None:
     picture = np.full((20, 20, 3), 0.5)
     labels = np.zeros((20, 20), np.uint8)
     labels[:, 10:] = 1
     picture[0, 0] = math.nan
-    errors = errors_of_sums(measured(ctx, picture, np.full_like(picture, 0.25), labels))
+    errors = errors_of_sums(measured(ctx, programs, picture, np.full_like(picture, 0.25), labels))
     assert math.isnan(errors["whole"].rmse)
     assert math.isnan(errors["in_focus"].rmse)
     assert errors["far_blur"].rmse == pytest.approx(0.25)
@@ -109,8 +112,10 @@ def truth() -> Reference:
 
 
 @pytest.mark.parametrize("view", ["sharp", "post", "hybrid", "traced", "reference"])
-def test_the_error_of_a_view_is_read_off_its_own_picture(ctx, stage: Stage, truth: Reference, view: str) -> None:
-    live = LiveError(ctx)
+def test_the_error_of_a_view_is_read_off_its_own_picture(
+    ctx, programs: Programs, stage: Stage, truth: Reference, view: str
+) -> None:
+    live = LiveError(ctx, programs)
     assert live.latest is None
     assert live.finish() is None
     live.set_reference(truth)
@@ -123,8 +128,8 @@ def test_the_error_of_a_view_is_read_off_its_own_picture(ctx, stage: Stage, trut
     live.release()
 
 
-def test_what_has_no_error_has_no_figure(ctx, stage: Stage, truth: Reference) -> None:
-    live = LiveError(ctx)
+def test_what_has_no_error_has_no_figure(ctx, programs: Programs, stage: Stage, truth: Reference) -> None:
+    live = LiveError(ctx, programs)
     live.update(stage.draw("post", SIZE))
     assert live.latest is None, "there is no reference"
     live.set_reference(truth)
@@ -137,9 +142,9 @@ def test_what_has_no_error_has_no_figure(ctx, stage: Stage, truth: Reference) ->
     live.release()
 
 
-def test_a_plan_knows_nothing_of_it(ctx, stage: Stage, truth: Reference) -> None:
+def test_a_plan_knows_nothing_of_it(ctx, programs: Programs, stage: Stage, truth: Reference) -> None:
     before = stage.draw("post", SIZE, frames=2).picture()
-    live = LiveError(ctx)
+    live = LiveError(ctx, programs)
     live.set_reference(truth)
     for renderer in stage.frames("post", SIZE, [Moment(stage.camera, 0.0)] * 2):
         live.update(renderer)
@@ -148,8 +153,8 @@ def test_a_plan_knows_nothing_of_it(ctx, stage: Stage, truth: Reference) -> None
     live.release()
 
 
-def test_the_heat_map_shows_the_displayed_difference(ctx, stage: Stage, truth: Reference) -> None:
-    live = LiveError(ctx)
+def test_the_heat_map_shows_the_displayed_difference(ctx, programs: Programs, stage: Stage, truth: Reference) -> None:
+    live = LiveError(ctx, programs)
     live.set_reference(truth)
     renderer = stage.draw("post", SIZE)
     error = np.sqrt(metrics.squared_errors(renderer.linear(), truth.picture)[2])

@@ -21,7 +21,7 @@ from app.camera import Camera, look_at
 from app.frame.records import FramePlan
 from app.gpu.scene import GpuScene
 from app.renderer import Renderer
-from app.scene.facts import Facts, frame_facts
+from app.scene.facts import Facts, frame_facts, with_every_effect
 from app.scene.flatten import flatten
 from app.scene.model import Light, Material, Scene, TextureSlot
 from app.scene.sight import sight
@@ -136,15 +136,9 @@ looks = st.builds(
 
 
 def anything(*args: Any, **kwargs: Any) -> Facts:
-    """Facts that leave nothing out that the scene has."""
+    """Facts that leave nothing out that the scene has; motion is as it is, for it changes how rays are spread."""
     facts = frame_facts(*args, **kwargs)
-    return replace(
-        facts,
-        near_coc_px=1e6,
-        far_coc_px=1e6,
-        normal_mapped_in_view=facts.normal_mapped,
-        alpha_masked_in_view=facts.alpha_masked,
-    )
+    return replace(with_every_effect(facts), camera_moved=facts.camera_moved, objects_moved=facts.objects_moved)
 
 
 def drawn(renderer: Renderer, view: str, look: Look, place: Place) -> np.ndarray:

@@ -17,7 +17,8 @@ from app.errors import UserError
 from app.frame.pipeline import VIEWS, frame_plan
 from app.frame.records import Call, Pass
 from app.frame.targets import TARGETS
-from app.gpu.programs import Programs, check_names
+from app.gpu.execute import program_key
+from app.gpu.programs import Programs, _sources, check_names
 from app.gpu.scene import GpuScene
 from app.gpu.shaders import ShaderError
 from app.renderer import Renderer
@@ -26,6 +27,7 @@ from app.scene.flatten import flatten
 from app.scene.model import Light, Material, TextureSlot
 from app.settings import Settings, from_dict, put, walk
 
+from .guarantees import check_granted
 from .small_scenes import checker, moving, quad, scene_of
 
 NOTHING = Facts(near_coc_px=30.0, far_coc_px=30.0)
@@ -38,6 +40,12 @@ SIZE = (49, 35)  # odd, so that half resolution and the last work group are inco
 
 @pytest.fixture(scope="module")
 def scene(ctx: moderngl.Context) -> Iterator[GpuScene]:
+    made = rich_scene(ctx)
+    yield made
+    made.release()
+
+
+def rich_scene(ctx: moderngl.Context, textures: bool | None = None) -> GpuScene:
     """A quad in front of focus and one behind, with every feature that a material and a light can have."""
     slot = TextureSlot(0)
     rich = Material(
@@ -53,10 +61,11 @@ def scene(ctx: moderngl.Context) -> Iterator[GpuScene]:
     made = scene_of(quads, [rich, Material()], [checker(8, 40, 220, alpha=True)], lights)
     made = moving(made, 2, slide=[(0, 0, 0), (-1, 0, 0)])
     triangles = flatten(made)
-    gpu_scene = GpuScene(ctx, made, triangles, lambda progress=None: scene_tree(triangles, build_bvh, progress))
+    gpu_scene = GpuScene(
+        ctx, made, triangles, lambda progress=None: scene_tree(triangles, build_bvh, progress), textures
+    )
     gpu_scene.ensure_bvh()
-    yield gpu_scene
-    gpu_scene.release()
+    return gpu_scene
 
 
 def permutations() -> Iterator[tuple[Settings, Facts]]:
@@ -64,7 +73,9 @@ def permutations() -> Iterator[tuple[Settings, Facts]]:
     yield Settings(), EVERYTHING
     yield Settings(), NOTHING
     for flag in FLAGS:
-        off = (flag, "normal_mapped") if flag == "textured" else (flag,)  # a normal map is a texture
+        # a normal map is a texture, and what is in view is in the scene
+        also = {"textured": ("normal_mapped", "normal_mapped_in_view"), "normal_mapped": ("normal_mapped_in_view",)}
+        off = (flag, *also.get(flag, ()))
         yield Settings(), replace(EVERYTHING, **dict.fromkeys(off, False))
     yield Settings(), replace(EVERYTHING, lights=1)
     for path, leaf, value in walk(Settings()):
@@ -87,7 +98,7 @@ def every_call() -> dict[tuple[object, ...], Call]:
                 plan = frame_plan(view, settings, facts)
             except UserError:
                 continue  # a target that such a scene has not
-            calls |= {(c.step.name, c.defines, c.reads, c.writes): c for c in plan.calls}
+            calls |= {(c.program, c.reads): c for c in plan.parts}
     return calls
 
 
@@ -101,11 +112,19 @@ def test_every_permutation_compiles_and_its_names_match_both_ways(
 ) -> None:
     programs = Programs(ctx)
     for call in (c for c in CALLS.values() if c.step.name == name):
-        defines = (*call.defines, *scene.defines.items()) if call.step.scene else call.defines
-        compiled = programs.get(call.step.shader, defines, call.writes if call.step.kind == "raster" else ())
-        compiled.checked = False  # permutations with equal text share a program, but not the names they declare
+        compiled = programs.get(*program_key(programs, call, scene))
         check_names(call, compiled)
+        check_granted(call, compiled)
     programs.release()
+
+
+def test_no_pass_takes_more_than_every_driver_grants(ctx: moderngl.Context) -> None:
+    """With the records in storage blocks, as GPUs have them; the test above has them where this device wants them."""
+    scene, programs = rich_scene(ctx, textures=False), Programs(ctx)
+    for call in {c.program: c for view in VIEWABLE for c in frame_plan(view, Settings(), EVERYTHING).parts}.values():
+        check_granted(call, programs.get(*program_key(programs, call, scene)))
+    programs.release()
+    scene.release()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -116,9 +135,10 @@ def test_no_shader_branches_on_a_name_that_its_pass_never_defines(
     import re
 
     for call in (c for c in CALLS.values() if c.step.name == name):
-        defines = dict((*call.defines, *scene.defines.items()) if call.step.scene else call.defines)
+        _, asked_for, _ = call.program
+        defines = dict((*asked_for, *scene.defines.items()) if call.step.scene else asked_for)
         programs = Programs(ctx)
-        sources = programs._sources((call.step.shader, tuple(defines.items()), ()))
+        sources = _sources((call.step.shader, tuple(defines.items()), ()), programs._files)
         programs.release()
         for source in sources:
             code = re.sub(r"//[^\n]*", "", source.text)
@@ -236,10 +256,49 @@ def test_reloading_swaps_what_changed_and_keeps_the_last_good_program(ctx: moder
     assert len(programs) == 0
 
 
+MENTIONS = "#if A > 1 && defined(B)\n#endif\n"
+
+
 def test_permutations_are_compiled_once(ctx: moderngl.Context, tmp_path: Path) -> None:
-    programs, first = compiled(ctx, tmp_path, GOOD)
+    programs, first = compiled(ctx, tmp_path, GOOD + MENTIONS)
     assert programs.get("x.comp", ()) is first
     one = programs.get("x.comp", (("A", 1), ("B", 2)))
     assert programs.get("x.comp", (("B", 2), ("A", 1))) is one
-    assert len(programs) == 2
+    assert len(programs) == programs.builds == 2
+    programs.release()
+
+
+def test_a_define_that_no_file_mentions_makes_no_program(ctx: moderngl.Context, tmp_path: Path) -> None:
+    (tmp_path / "part.glsl").write_text("#if B\n#endif\n")
+    programs, first = compiled(ctx, tmp_path, '#include "part.glsl"\n' + GOOD)
+    assert programs.get("x.comp", (("A", 1),)) is first
+    assert programs.get("x.comp", (("A", 1), ("B", 1))) is not first, "an included file mentions it"
+    assert programs.builds == 2
+    programs.release()
+
+
+def test_permutations_of_a_file_that_went_away_stay_apart(ctx: moderngl.Context, tmp_path: Path) -> None:
+    programs, first = compiled(ctx, tmp_path, GOOD + MENTIONS)
+    one = programs.get("x.comp", (("A", 1),))
+    (tmp_path / "x.comp").unlink()
+    assert programs.reload()
+    assert programs.get("x.comp", (("A", 1),)) is one
+    assert programs.get("x.comp", ()) is first
+    programs.release()
+
+
+def test_the_least_recently_used_program_gives_way_and_is_released(ctx: moderngl.Context, tmp_path: Path) -> None:
+    (tmp_path / "x.comp").write_text(GOOD + MENTIONS)
+    programs = Programs(ctx, tmp_path, most=3)
+    made = [programs.get("x.comp", (("A", k),)) for k in range(3)]
+    programs.get("x.comp", (("A", 0),))
+    assert not programs.has_run(programs.key("x.comp", (("A", 1),)), ()), "asking counts as a use"
+    programs.get("x.comp", (("A", 3),))
+    assert len(programs) == 3
+    assert [isinstance(m.program.mglo, moderngl.InvalidObject) for m in made] == [False, False, True]
+    assert programs.get("x.comp", (("A", 0),)) is made[0]
+    for k in range(20):
+        programs.get("x.comp", (("A", k),))
+        assert len(programs) <= 3
+    assert len(programs._asked) <= 3, "nor do the names add up"
     programs.release()

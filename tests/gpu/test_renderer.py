@@ -159,7 +159,7 @@ def test_passes_have_times_and_memory_is_counted(ctx: moderngl.Context, walls: S
     assert [name for name, _ in renderer.timings] == [call.step.name for call in renderer.plan.calls]
     assert all(0 <= ms < 1e4 for _, ms in renderer.timings)
     assert renderer.memory["lit"] == SIZE[0] * SIZE[1] * 8
-    assert renderer.timing_source
+    assert renderer.profiler.source
     renderer.release()
 
 

@@ -14,13 +14,12 @@ SIZE = (24, 40)  # h, w
 
 
 def resolve(ctx, color, history, *, motion=None, valid=1, alpha=0.1) -> np.ndarray:
-    inputs = {"in_color": color.astype(np.float16), "prev_resolved": history.astype(np.float32)}
-    if motion is not None:
-        inputs["in_motion"] = motion.astype(np.float16)
+    inputs, output = {"in_color": color.astype(np.float16)}, ("out_resolved", "float32", 4)
     frame = {"history_valid": valid, "taa_alpha": alpha}
-    return run_pass(
-        ctx, RESOLVE, inputs, ("out_resolved", "float32", 4), frame, {"HAS_MOTION": int(motion is not None)}
-    )
+    if motion is None:
+        return run_pass(ctx, RESOLVE, inputs, output, frame, {"HAS_MOTION": 0}, before=history)
+    moving = {"prev_resolved": history.astype(np.float32), "in_motion": motion.astype(np.float16)}
+    return run_pass(ctx, RESOLVE, inputs | moving, output, frame, {"HAS_MOTION": 1})
 
 
 def colors(seed: int, count: int | None = None) -> np.ndarray:

@@ -14,7 +14,8 @@ from app.camera import Camera, look_at
 from app.errors import UserError
 from app.panel.model import Look
 from app.settings import Settings, put
-from app.window.stage import REST_STILL, Stage, value_range
+from app.window.side import REST_STILL
+from app.window.stage import Stage, value_range
 
 SIZE = (64, 36)
 CAMERA = look_at((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))

@@ -12,18 +12,36 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.errors import UserError
-from app.frame.pipeline import VIEWS, frame_plan
+from app.frame.lifetimes import lifetimes, own_slots, shared_slots
+from app.frame.memory import buffer_bytes, scaled, texels
+from app.frame.plan import plan
+from app.frame.records import Pass
 from app.frame.targets import BUFFERS, TARGETS
 from app.gpu import memory
 from app.gpu.context import is_software
-from app.gpu.memory import buffer_bytes, frame_bytes, scaled, texels
-from app.gpu.targets import Targets
+from app.gpu.targets import IDLE, Targets
 from app.optics import SKY_DEPTH
 from app.scene.facts import Facts
 from app.settings import Settings
 
+from .live_objects import live_objects
+
 SIZES = [(1, 1), (3, 2), (17, 33), (160, 90), (161, 91)]
 BYTES = {"f1": 1, "f2": 2, "f4": 4}
+
+WRITES = Pass("writes", "", history=("scout",), writes=("scout",))
+READS = Pass("reads", "", reads=("scout",), writes=("display",))
+SHOWS = Pass("shows", "", writes=("display",))
+MEANS = Pass("means", "", updates=("traced",))
+LAST = Pass("last", "", reads=("traced",), history=("resolved",), writes=("resolved",))
+DRAWS = Pass("draws", "", kind="raster", writes=("base_color", "depth"))
+CHAIN = (
+    Pass("1", "", writes=("half_color",)),
+    Pass("2", "", reads=("half_color",), writes=("trace_near",)),
+    Pass("3", "", reads=("trace_near",), writes=("far_blur",)),
+    Pass("4", "", reads=("far_blur",), writes=("trace_far",)),
+    Pass("5", "", reads=("trace_far",), writes=("near_blur",)),
+)
 
 
 @pytest.fixture
@@ -166,41 +184,106 @@ def test_memory_is_counted_per_component(ctx: moderngl.Context, dtype: str) -> N
     targets.release()
 
 
-@pytest.mark.parametrize("view", VIEWS)
-def test_what_a_frame_takes_is_known_before_it_is_made(ctx: moderngl.Context, view: str) -> None:
-    facts = Facts(near_coc_px=20.0, far_coc_px=20.0, emissive=True, camera_moved=True)
-    names = frame_plan(view, Settings(), facts).targets
-    targets = Targets(ctx, (37, 23))
-    expected = frame_bytes([TARGETS[name] for name in names], targets.size)
-    for name in names:
-        targets.texture(name)
-        if TARGETS[name].history:
-            targets.texture(name, previous=True)
-    targets.framebuffer(("base_color", "normal", "depth"))
-    assert sum(targets.bytes[name] for name in (*names, "depth test")) == expected
-    targets.release()
+LAYERS = own_slots(lifetimes(plan((WRITES, READS), "display", Settings(), Facts(0.0, 0.0)), ("display",)))
+ELSEWHERE = own_slots(lifetimes(plan((SHOWS,), "display", Settings(), Facts(0.0, 0.0)), ("display",)))
+
+
+def test_a_value_stays_from_frame_to_frame_and_is_dropped_with_its_plan(targets: Targets) -> None:
+    for frame in range(3):
+        targets.begin(LAYERS, ())
+        expected = frame * np.ones_like(targets.read("scout"))  # zeroes at first
+        assert (targets.read("scout", previous=True) == expected).all()
+        targets.texture("scout").write((expected + 1.0).astype("f4").tobytes())
+        targets.swap("scout")
+    targets.begin(ELSEWHERE, ())
+    assert targets.bytes.keys() == {"display", IDLE}
+    targets.begin(LAYERS, ())
+    assert IDLE not in targets.bytes
+    assert not targets.read("scout", previous=True).any(), "what is older than a frame is nobody's history"
+
+
+def test_a_forgotten_mean_begins_as_zeroes(targets: Targets) -> None:
+    means = own_slots(lifetimes(plan((MEANS,), "traced", Settings(), Facts(0.0, 0.0)), ("traced",)))
+    for expected in (0.0, 1.0, 0.0):
+        targets.begin(means, ())
+        assert (targets.read("traced") == expected).all()
+        targets.texture("traced").write(np.ones(targets.read("traced").size, "f4").tobytes())
+        if expected:
+            targets.forget(("traced",))
+
+
+def test_a_texture_is_filtered_as_whoever_it_holds_wants_it(targets: Targets) -> None:
+    lives = lifetimes(plan(CHAIN, "near_blur", Settings(), Facts(0.0, 0.0)), ("near_blur",))
+    targets.begin(shared_slots(lives), ())
+    linear, nearest, last = (targets.texture(name) for name in ("half_color", "trace_near", "near_blur"))
+    assert linear is last
+    assert linear.filter == (moderngl.LINEAR, moderngl.LINEAR)
+    assert nearest.filter == (moderngl.NEAREST, moderngl.NEAREST)
+    assert targets.texture("trace_far") is nearest
+    assert targets.texture("near_blur").filter == (moderngl.LINEAR, moderngl.LINEAR)
+
+
+def test_a_framebuffer_does_not_outlive_its_textures(
+    ctx: moderngl.Context, targets: Targets, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """GL gives a released texture's name to the next: a framebuffer found by that name would be over the old one."""
+    monkeypatch.setattr("app.gpu.pool.IDLE_FRAMES", 0)
+    for _ in range(4):
+        targets.begin(own_slots(lifetimes(plan((DRAWS,), "depth", Settings(), Facts(0.0, 0.0)), ())), ())
+        targets.framebuffer(("base_color", "depth")).use()
+        assert (targets.read("depth") == np.float32(SKY_DEPTH)).all()
+        targets.forget(("depth",))
+        targets.begin(ELSEWHERE, ())  # which uses neither
+        targets.texture("base_color")  # of another texture, maybe under the same name
+        targets.clear("base_color")
+        assert not targets.read("base_color").any()
+        assert ctx.error == "GL_NO_ERROR"
+
+
+def test_blocks_wait_and_go_like_textures(targets: Targets, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.gpu.targets.IDLE_FRAMES", 2)
+    targets.begin((), ("RayWork",))
+    block = targets.buffer("RayWork")
+    for _ in range(2):
+        targets.begin((), ())
+        assert "RayWork" in targets.bytes
+    targets.begin((), ("RayWork",))
+    assert targets.buffer("RayWork") is block
+    for _ in range(3):
+        targets.begin((), ())
+    assert targets.bytes == {}
 
 
 def test_a_frame_beyond_the_free_memory_is_refused_before_anything_is_made(
     ctx: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    needed = frame_bytes([TARGETS["traced"], TARGETS["resolved"]], (64, 32))
-    assert needed == 64 * 32 * (16 + 2 * 16 + 4)
+    frame = plan((MEANS, LAST), "resolved", Settings(), Facts(0.0, 0.0))
+    slots = own_slots(lifetimes(frame, ("resolved",)))
+    needed = 64 * 32 * (16 + 2 * 16) + buffer_bytes(BUFFERS["RayWork"], (64, 32))
     free = tmp_path / "meminfo"
     monkeypatch.setattr(memory, "MEMORY_FILE", free)
     monkeypatch.setattr(memory, "is_software", lambda ctx: True)
     targets = Targets(ctx, (64, 32))
     for text in ("", "MemAvailable:", "MemAvailable: much kB", "MemTotal: 1 kB"):
         free.write_text(text)
-        targets.reserve(("traced", "resolved"))  # not known: tried
+        targets.reserve(slots, ("RayWork",))  # not known: tried
     free.write_text(f"MemTotal: 99999999 kB\nMemAvailable:   {needed * 10 // 9 // 1024 + 1} kB\n")
-    targets.reserve(("traced", "resolved"))
+    targets.reserve(slots, ("RayWork",))
     free.write_text(f"MemTotal: 99999999 kB\nMemAvailable:   {needed * 10 // 9 // 1024 - 1} kB\n")
     with pytest.raises(UserError, match="--size 64x32 needs"):
-        targets.reserve(("traced", "resolved"))
+        targets.reserve(slots, ("RayWork",))
     assert targets.bytes == {}
     targets.texture("traced")  # what is there needs no more
-    targets.reserve(("traced", "resolved"))
+    targets.reserve(slots, ("RayWork",))
+    targets.begin(slots, ("RayWork",))
+    free.write_text("MemAvailable: 0 kB\n")
+    targets.reserve(slots, ("RayWork",))
+    targets.begin(ELSEWHERE, ())
+    targets.reserve(slots, ("RayWork",))  # it waits unused
+    both = (*slots, *LAYERS)
+    with pytest.raises(UserError, match="--size 64x32 needs"):
+        targets.reserve(both, ("RayWork",))
+    assert targets.bytes.keys() == {"display", "RayWork"}, "what waited made room"
     targets.release()
 
 
@@ -216,3 +299,13 @@ def test_a_texture_that_the_driver_cannot_make_is_a_sentence(ctx: moderngl.Conte
         targets.texture("traced")
     assert targets.bytes == {}
     targets.release()
+
+
+def test_framebuffers_that_share_a_depth_target_leave_nothing_behind(ctx: moderngl.Context) -> None:
+    """Which targets a raster pass writes hangs on the scene: another set of them is another framebuffer."""
+    before = live_objects(ctx)
+    targets = Targets(ctx, (16, 9))
+    for names in (("base_color", "depth"), ("base_color", "normal", "depth"), ("base_color", "depth")):
+        targets.framebuffer(names)
+    targets.release()
+    assert live_objects(ctx) == before

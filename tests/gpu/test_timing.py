@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from app.gpu.timing import AGREEMENT, ENOUGH_MS, GPU_TIMER, KEPT, RING, WALL_CLOCK, Profiler, choose_source, self_test
 
+from .live_objects import live_objects
+
 
 @pytest.mark.parametrize("query_ms", [0.0, 1e-6, -1.0, float("nan"), float("inf"), 4295.0])
 def test_a_lying_query_is_not_used(query_ms: float) -> None:
@@ -80,6 +82,7 @@ class FakeContext:
 
     def __init__(self) -> None:
         self.frame, self.open, self.made, self.lag = 0, False, 0, RING
+        self.extra: list[FakeQuery] | None = None
 
     def query(self, time: bool) -> FakeQuery:
         assert time
@@ -145,3 +148,18 @@ def test_a_scope_that_fails_still_ends(ctx: moderngl.Context) -> None:
         raise ValueError("inside")
     with profiler.scope("y"):
         pass
+
+
+def test_queries_of_a_profiler_that_is_gone_serve_the_next(ctx: moderngl.Context) -> None:
+    """A window makes renderers and drops them all the time: a split screen, an error map, a search for advice."""
+    made = []
+    for _ in range(3):
+        profiler = Profiler(ctx, GPU_TIMER)
+        for name in ("a", "b", "c"):
+            with profiler.scope(name):
+                pass
+        profiler.end_frame()
+        profiler.release()
+        self_test(ctx)
+        made.append(live_objects(ctx)["Query"])
+    assert made[0] == made[2]

@@ -52,6 +52,8 @@ class Rig:
         self.renderers = 0
         self.stage: Any = SimpleNamespace(
             ctx=SimpleNamespace(info={"GL_RENDERER": "llvmpipe"}),
+            building=False,
+            held_up=False,
             sides=[SimpleNamespace(texture="picture")],
             moves=False,
             edition=0,
@@ -64,7 +66,7 @@ class Rig:
 
     def _renderer(self, size: tuple[int, int]) -> Any:
         self.renderers += 1
-        return SimpleNamespace(release=lambda: None, memory={"scene: x": 1, "depth": 7}, reload_shaders=lambda: None)
+        return SimpleNamespace(release=lambda: None, memory={"scene: x": 1, "depth": 7}, reset=lambda: None)
 
     def turn(self, converging: bool = False) -> bool:
         self.now += 0.01

@@ -1,0 +1,106 @@
+"""Every pass of a frame: whether it runs and why, its cost or what leaving it out saves. What just changed flashes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from imgui_bundle import imgui
+
+from . import style
+from .costs import muted
+from .model import Cost, Request, Shown
+
+FLASH_S = 1.5  # until a change has faded
+FLASH = (0.35, 0.62, 0.90)  # the accent
+
+
+@dataclass(frozen=True)
+class Row:
+    """One pass as it is listed. `ms`: its cost, or of a pass that does not run its saving; None: never measured."""
+
+    name: str
+    runs: bool
+    reason: str
+    ms: float | None
+
+    @property
+    def figure(self) -> str:
+        """The milliseconds, signed as they count."""
+        if self.ms is None:
+            return ""
+        return f"{self.ms:.2f} ms" if self.runs else f"-{self.ms:.2f} ms"
+
+
+def rows_of(cost: Cost, shown: Shown) -> list[Row]:
+    """Of one view: first what runs, in order, then what is left out."""
+    if cost.plan is None:
+        return []
+    times, saved = dict(cost.timings), {**cost.before, **shown.full_ms}
+    runs = [Row(call.step.name, True, call.reason, times.get(call.step.name)) for call in cost.plan.calls]
+    return runs + [Row(left.name, False, left.reason, saved.get(left.name)) for left in cost.plan.skipped]
+
+
+class EffectsSection:
+    """Remembers what ran when it was last asked, and when that changed."""
+
+    def __init__(self) -> None:
+        self._ran: dict[tuple[str, str], bool] = {}  # (view, pass)
+        self._changed_s: dict[tuple[str, str], float] = {}
+
+    @property
+    def fading(self) -> bool:
+        """Whether a flash is still to be seen: the window draws on meanwhile."""
+        return bool(self._changed_s)
+
+    def draw(self, shown: Shown, requests: list[Request]) -> None:
+        """Draw the section; what the user wants is added to `requests`."""
+        now_s = imgui.get_time()
+        listed = {cost.view: rows_of(cost, shown) for cost in shown.costs}
+        self._note(listed, now_s)
+        rows = [row for of_view in listed.values() for row in of_view]
+        title = f"Active effects: {sum(row.runs for row in rows)} of {len(rows)} passes###effects"
+        if not imgui.collapsing_header(title):
+            return
+        self._measure_button(shown, requests)
+        for view, of_view in listed.items():
+            imgui.text_unformatted(view)
+            self._table(view, of_view, now_s)
+
+    def _note(self, listed: dict[str, list[Row]], now_s: float) -> None:
+        """See what changed since the last frame. A view that was not shown then has nothing to compare with."""
+        ran = {(view, row.name): row.runs for view, rows in listed.items() for row in rows}
+        changed = {key: now_s for key, runs in ran.items() if self._ran.get(key, runs) != runs}
+        recent = {key: at for key, at in self._changed_s.items() if now_s - at < FLASH_S and key in ran}
+        self._ran, self._changed_s = ran, {**recent, **changed}
+
+    def _measure_button(self, shown: Shown, requests: list[Request]) -> None:
+        if shown.measuring is not None:
+            imgui.progress_bar(shown.measuring, imgui.ImVec2(-1.0, 0.0), "measuring")
+            return
+        if imgui.button("Measure savings", imgui.ImVec2(-1.0, 0.0)):
+            requests.append(Request("measure savings"))
+        imgui.set_item_tooltip("Draws this picture with every effect on, to see what each pass left out would cost")
+
+    def _table(self, view: str, rows: list[Row], now_s: float) -> None:
+        columns = imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop
+        if not imgui.begin_table(f"effects {view}", 3, columns):
+            return
+        for name, share in (("pass", 0.30), ("ms", 0.22), ("why", 0.48)):
+            imgui.table_setup_column(name, imgui.TableColumnFlags_.none, share)
+        for row in rows:
+            self._draw_row(row, now_s - self._changed_s.get((view, row.name), -FLASH_S))
+        imgui.end_table()
+
+    def _draw_row(self, row: Row, since_s: float) -> None:
+        imgui.table_next_row()
+        if since_s < FLASH_S:
+            color = imgui.get_color_u32(imgui.ImVec4(*FLASH, 0.7 * (1.0 - since_s / FLASH_S)))
+            imgui.table_set_bg_color(imgui.TableBgTarget_.row_bg1, color)
+        imgui.table_next_column()
+        imgui.push_style_color(imgui.Col_.text, style.ACCENT if row.runs else style.MUTED)
+        imgui.text_unformatted(row.name)
+        imgui.pop_style_color()
+        imgui.table_next_column()
+        imgui.text_unformatted(row.figure) if row.runs else muted(row.figure)
+        imgui.table_next_column()
+        muted(row.reason if row.runs else f"skipped: {row.reason}")

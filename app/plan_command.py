@@ -1,0 +1,104 @@
+"""The command `plan`: what would run, what would not, and why; measured if asked for."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from . import commands
+
+if TYPE_CHECKING:
+    from .frame.records import FramePlan
+    from .measure.savings import Costs
+
+NAME_WIDTH = 21  # of the longest pass' name, and a space
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Beside scene, view, size and settings."""
+    parser.add_argument("scene", help="built-in name or file")
+    parser.add_argument(
+        "--measure",
+        action="store_true",
+        help="draw it, and tell what each pass costs and what each that is left out would",
+    )
+
+
+def plan(options: argparse.Namespace) -> int:
+    """Say what would run, what would not, and why, and what it takes in memory. Needs a GPU only to measure."""
+    from .frame.memory import memory_lines
+    from .frame.pipeline import frame_plan
+    from .scene.boxes import scene_boxes
+    from .scene.facts import frame_facts, near_plane, scene_facts
+    from .scene.flatten import bounds
+    from .session import open_scene
+
+    scene, triangles = open_scene(options.scene, commands.show_progress)
+    box = bounds(triangles)
+    viewpoint, settings = commands.start_of(options, scene, box, commands.given_settings(options))
+    of_scene = scene_facts(scene, *box, scene_boxes(triangles, scene.materials))
+    facts = frame_facts(
+        of_scene,
+        viewpoint.camera,
+        settings.lens,
+        options.size,
+        near_plane(*box),
+        objects_moved=of_scene.objects and not options.measure,  # while it plays
+    )
+    frame = frame_plan(options.view, settings, facts)
+    print(
+        f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: "
+        f"aperture {settings.lens.aperture:g} m, focus {settings.lens.focus_distance:g} m"
+    )
+    print(
+        f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus "
+        f"and {facts.far_coc_px:.1f} px behind it (radius); "
+        f"the post-process gathers up to {settings.post.max_coc * options.size[1]:.0f} px (post.max_coc)"
+    )
+    lines = _measured(options, scene, triangles, viewpoint, settings) if options.measure else _planned(frame)
+    print(*(f"  {line}" for line in lines), sep="\n")
+    print("memory of the frame, targets that share a texture together:", *memory_lines(frame, options.size), sep="\n  ")
+    return 0
+
+
+def _planned(frame: FramePlan) -> list[str]:
+    """A line per pass: its reason and its permutation."""
+    lines = []
+    for call in frame.calls:
+        defines = " ".join(f"{name}={value}" for name, value in call.defines if value)
+        lines.append(f"runs   {call.step.name:<{NAME_WIDTH}}{call.reason}{'; ' + defines if defines else ''}")
+    return lines + [f"skips  {skipped.name:<{NAME_WIDTH}}{skipped.reason}" for skipped in frame.skipped]
+
+
+def _measured(options: argparse.Namespace, scene: Any, triangles: Any, viewpoint: Any, settings: Any) -> list[str]:
+    from .camera import Moment
+    from .gpu.context import device_name, headless_context
+    from .measure.savings import measuring
+    from .renderer import Renderer
+    from .session import on_gpu
+
+    ctx = headless_context()
+    gpu_scene = on_gpu(ctx, scene, triangles)
+    renderer = Renderer(ctx, gpu_scene, options.size, share_memory=True)
+    renderer.progress_callback = commands.show_progress
+    steps = measuring(ctx, renderer, options.view, Moment(viewpoint.camera, 0.0), settings)
+    try:
+        while True:
+            commands.show_progress("measuring", next(steps))
+    except StopIteration as end:
+        return [*cost_lines(end.value), f"on {device_name(ctx)}, {renderer.profiler.source}"]
+    finally:
+        renderer.release()
+        gpu_scene.release()
+
+
+def cost_lines(costs: Costs) -> list[str]:
+    """A line per pass: its cost, or what leaving it out saves, and the reason; then the sum."""
+    lines = []
+    for cost in costs.passes:
+        state, figure = ("runs", f"      {cost.ms:8.2f} ms") if cost.ms is not None else ("skips", " " * 17)
+        if cost.ms is None and cost.full_ms is not None:
+            figure = f"saves {cost.full_ms:8.2f} ms"
+        lines.append(f"{state:<7}{cost.name:<{NAME_WIDTH}}{figure}   {cost.reason}")
+    saved = 100.0 * (1.0 - costs.ms / costs.full_ms) if costs.full_ms else 0.0
+    return [*lines, f"{costs.ms:.2f} ms; with every effect on {costs.full_ms:.2f} ms: {saved:.0f} % saved"]
