@@ -159,6 +159,18 @@ def test_equal_triangles_share_a_box() -> None:
     assert len(scene_boxes(triangles, MATERIALS).centre) == 3
 
 
+def test_a_run_is_of_all_its_triangles_kinds() -> None:
+    """One holey triangle after tens of thousands of plain ones beside it shares a box with the last of them."""
+    triangles = soup(np.random.default_rng(2), 3, 1.0, 0.0)
+    small = triangles.positions.copy()
+    small[triangles.indices[:2]] *= np.float32(1e-4)
+    order = np.repeat([0, 1, 2], [40_001, 1, 1])
+    triangles = replace(triangles, positions=small, indices=triangles.indices[order])
+    boxes = scene_boxes(triangles, MATERIALS)
+    places, kind = corners_of(triangles)[order == 1][0], np.full(3, ALPHA_MASKED)
+    assert in_some_box(boxes, places, kind).all()
+
+
 def test_a_floor_begins_where_the_picture_does() -> None:
     """Exactly, though its box reaches behind the camera: a bound per box, not per corner."""
     camera = look_at((0.0, 1.5, 0.0), (0.0, 1.5, -1.0), fov_y_deg=40.0)

@@ -206,7 +206,7 @@ AHEAD = Look("corners", (0.5, 0.4, 0.7), (0.5, 0.4, 0.1), 15.0, 0.05, 0.3, False
         ("hybrid", replace(AHEAD, focus=1.0, by_nearest=True), {"trace", "scout"}),  # nothing nearer
         ("lit", AHEAD, {"ALPHA_MASKED", "NORMAL_MAPPED"}),  # the panes stand to either side
         ("reference", replace(AHEAD, target=(0.75, 0.4, 0.1)), {"ALPHA_MASKED"}),
-        ("sharp", replace(AHEAD, target=(0.2, 0.4, 0.1)), {"NORMAL_MAPPED"}),
+        ("sharp", replace(AHEAD, eye=(0.35, 0.4, 0.7), target=(0.27, 0.4, 0.1)), {"NORMAL_MAPPED"}),
         ("hybrid", replace(AHEAD, focus=2.0, by_nearest=True), set()),
     ],
 )
