@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,12 +50,17 @@ class Camera:
         """Unit vector up the image."""
         return _vec(np.cross(self.right, self.forward))
 
+    @property
+    def axes(self) -> Array:
+        """(3, 3) right, up and back in the image, rows, in world axes; not to be written to."""
+        return _axes(self.forward, self.up)
+
     def view(self) -> Array:
         """World to view space, -z forward (4, 4)."""
-        forward, up = np.asarray(self.forward, float), np.asarray(safe_up(self.forward, self.up), float)
+        view = np.eye(4)
         # Turned about the origin, then moved: a target made as eye + forward would lose as many digits as the eye has.
-        view = np.array(matrix44.create_look_at(np.zeros(3), forward, up, dtype=float).T)
-        view[:3, 3] = -view[:3, :3] @ np.asarray(self.eye, float)
+        view[:3, :3] = self.axes
+        view[:3, 3] = -self.axes @ np.asarray(self.eye, float)
         return view
 
     def moved(self, right: float, up: float, forward: float) -> Camera:
@@ -113,6 +119,14 @@ def look_at(eye: Vec3, target: Vec3, up: Vec3 = (0.0, 1.0, 0.0), fov_y_deg: floa
         )
     forward = _vec(direction / distance)
     return Camera(_vec(np.asarray(eye, float)), forward, safe_up(forward, up), math.radians(fov_y_deg))
+
+
+@lru_cache(maxsize=8)  # a frame asks for the same few several times
+def _axes(forward: Vec3, up: Vec3) -> Array:
+    look = matrix44.create_look_at(np.zeros(3), np.asarray(forward, float), safe_up(forward, up), dtype=float)
+    axes = np.ascontiguousarray(look.T[:3, :3])
+    axes.flags.writeable = False
+    return axes
 
 
 def safe_up(forward: Vec3, up: Vec3) -> Vec3:

@@ -55,7 +55,7 @@ def info(options: argparse.Namespace) -> int:
         f"  memory: vertices {mib(vertex_bytes)}, indices {mib(index_bytes)}, BVH {mib(bvh_bytes)}, "
         f"images {mib(image_bytes)} (as 8-bit)"
     )
-    for line in _frame_lines(scene, low, high):
+    for line in _frame_lines(scene, triangles):
         print(f"  {line}")
     for moving, count in zip(triangles.moving, triangles_of(triangles), strict=True):
         size = 2.0 * moving.half_size
@@ -73,19 +73,23 @@ def info(options: argparse.Namespace) -> int:
     return 0
 
 
-def _frame_lines(scene: Any, low: Any, high: Any) -> list[str]:
+def _frame_lines(scene: Any, triangles: Any) -> list[str]:
     """What a frame of each view takes, seen by the first camera, still and in motion."""
     from .frame.memory import frame_memory, mib
     from .frame.pipeline import VIEWS, frame_plan
+    from .scene.boxes import scene_boxes
     from .scene.facts import frame_facts, near_plane, scene_facts
+    from .scene.flatten import bounds
     from .session import focused, viewpoints
     from .settings import Settings
 
-    viewpoint = viewpoints(scene, (low, high))[0]
-    settings, of_scene, near = focused(Settings(), viewpoint), scene_facts(scene, low, high), near_plane(low, high)
+    box = bounds(triangles)
+    viewpoint = viewpoints(scene, box)[0]
+    settings, near = focused(Settings(), viewpoint), near_plane(*box)
+    of_scene = scene_facts(scene, *box, scene_boxes(triangles, scene.materials))
 
     def taken(view: str, moves: bool) -> str:
-        facts = frame_facts(of_scene, viewpoint.camera, settings.lens, FRAME_SIZE[1], near, camera_moved=moves)
+        facts = frame_facts(of_scene, viewpoint.camera, settings.lens, FRAME_SIZE, near, camera_moved=moves)
         return mib(frame_memory(frame_plan(view, settings, facts), FRAME_SIZE).total)
 
     size = "x".join(map(str, FRAME_SIZE))

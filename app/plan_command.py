@@ -28,6 +28,7 @@ def plan(options: argparse.Namespace) -> int:
     """Say what would run, what would not, and why, and what it takes in memory. Needs a GPU only to measure."""
     from .frame.memory import memory_lines
     from .frame.pipeline import frame_plan
+    from .scene.boxes import scene_boxes
     from .scene.facts import frame_facts, near_plane, scene_facts
     from .scene.flatten import bounds
     from .session import open_scene
@@ -35,12 +36,12 @@ def plan(options: argparse.Namespace) -> int:
     scene, triangles = open_scene(options.scene, commands.show_progress)
     box = bounds(triangles)
     viewpoint, settings = commands.start_of(options, scene, box, commands.given_settings(options))
-    of_scene = scene_facts(scene, *box)
+    of_scene = scene_facts(scene, *box, scene_boxes(triangles, scene.materials))
     facts = frame_facts(
         of_scene,
         viewpoint.camera,
         settings.lens,
-        options.size[1],
+        options.size,
         near_plane(*box),
         objects_moved=of_scene.objects and not options.measure,  # while it plays
     )

@@ -227,7 +227,7 @@ class Renderer:
             self.scene.facts,
             now.camera,
             settings.lens,
-            self.size[1],
+            self.size,
             self.scene.near_plane,
             camera_moved=now.camera != previous.camera,
             objects_moved=now.time_s != previous.time_s,

@@ -3,7 +3,7 @@ its present value, every target as a view. Pure: no GL.
 
 A plan depends on camera and lens through two circles of confusion and no more, and through those only by which side of
 a threshold they lie on. One pair for each such class therefore stands for all cameras, apertures and focus distances,
-and the list does not grow while one flies.
+and the list does not grow while one flies. Of the surfaces in view, only the G-buffer's program asks.
 """
 
 from __future__ import annotations
@@ -74,6 +74,8 @@ def _may_become(facts: Facts) -> Iterator[Facts]:
     yield from _moving(facts)
     for near_px, far_px in LENSES:
         yield from _moving(replace(facts, near_coc_px=near_px, far_coc_px=far_px))
+    for mapped, masked in product(range(1 + facts.normal_mapped), range(1 + facts.alpha_masked)):
+        yield from _moving(replace(facts, normal_mapped_in_view=bool(mapped), alpha_masked_in_view=bool(masked)))
 
 
 def _moving(facts: Facts) -> Iterator[Facts]:

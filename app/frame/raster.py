@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..scene.facts import Facts
 from ..settings import Settings, ShadingMode
 from .records import Defines, Need, Pass
@@ -40,8 +42,9 @@ def object_defines(settings: Settings, facts: Facts) -> Defines:
 
 
 def gbuffer_defines(settings: Settings, facts: Facts) -> Defines:
-    """What surfaces are made of, where they are, and how their depths are told apart."""
-    return (*shading_defines(settings, facts), *object_defines(settings, facts), ("LOG_DEPTH", int(facts.deep)))
+    """What the surfaces in view are made of, where they are, and how their depths are told apart."""
+    seen = replace(facts, normal_mapped=facts.normal_mapped_in_view, alpha_masked=facts.alpha_masked_in_view)
+    return (*shading_defines(settings, seen), *object_defines(settings, facts), ("LOG_DEPTH", int(facts.deep)))
 
 
 RASTER = (

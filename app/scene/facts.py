@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike
 from ..camera import Camera
 from ..optics import SKY_DEPTH, coc_px, coc_scale_px
 from ..settings import Lens
+from .boxes import ALPHA_MASKED, NORMAL_MAPPED, Boxes, single_box
 from .model import F64, Scene
+from .sight import sight
 
 MAX_NEAR_PLANE = 0.02  # m: nearer than a hand holds a leaf to a lens; at 10 m a 24-bit depth step is then 0.3 mm
 NEAR_SHARE = 2.5e-3  # of the scene's diagonal, for scenes smaller than a room
@@ -32,6 +34,7 @@ class SceneFacts:
 
     low: tuple[float, float, float]  # bounds of all that it passes through, m, world
     high: tuple[float, float, float]
+    boxes: Boxes  # that hold it more tightly
     textured: bool
     normal_mapped: bool
     emissive: bool
@@ -52,6 +55,8 @@ class Facts:
     normal_mapped: bool = False
     emissive: bool = False
     alpha_masked: bool = False
+    normal_mapped_in_view: bool = False  # rays of the last frame, traced again, may leave it; the raster does not
+    alpha_masked_in_view: bool = False
     lights: int = 0
     sun: bool = False
     objects: bool = False
@@ -66,13 +71,14 @@ class Facts:
         return self.camera_moved or self.objects_moved
 
 
-def scene_facts(scene: Scene, low: F64, high: F64) -> SceneFacts:
-    """Facts of the scene alone, given its world bounds."""
+def scene_facts(scene: Scene, low: F64, high: F64, boxes: Boxes | None = None) -> SceneFacts:
+    """Facts of the scene alone, given its world bounds, and boxes that say more (app/scene/boxes.py) if there are."""
     used = [scene.materials[m.material] for m in scene.meshes]
     slots = ("base_color_texture", "metallic_roughness_texture", "normal_texture", "emissive_texture")
     return SceneFacts(
         low=tuple(map(float, low)),  # type: ignore[arg-type]
         high=tuple(map(float, high)),  # type: ignore[arg-type]
+        boxes=boxes or single_box(low, high),
         textured=any(getattr(m, slot) is not None for m in used for slot in slots),
         normal_mapped=any(m.normal_texture is not None for m in used),
         emissive=any(max(m.emissive) > 0.0 for m in used),
@@ -127,27 +133,28 @@ def is_cut(before: Camera, now: Camera, scene: SceneFacts, near_plane: float, si
 
 
 def with_every_effect(facts: Facts) -> Facts:
-    """The same scene, as if blur of any size and motion could appear anywhere: what leaving things out is measured
-    against.
+    """The same scene, as if blur of any size, motion and all it is made of could appear anywhere: what leaving things
+    out is measured against.
     """
+    seen = {"normal_mapped_in_view": facts.normal_mapped, "alpha_masked_in_view": facts.alpha_masked}
     moved = {"camera_moved": True, "objects_moved": facts.objects}
-    return replace(facts, near_coc_px=EVERY_COC_PX, far_coc_px=EVERY_COC_PX, **moved)
+    return replace(facts, near_coc_px=EVERY_COC_PX, far_coc_px=EVERY_COC_PX, **seen, **moved)
 
 
 def frame_facts(
     scene: SceneFacts,
     camera: Camera,
     lens: Lens,
-    height_px: int,
+    size: tuple[int, int],
     near_plane: float,
     camera_moved: bool = False,
     unsampled: bool = False,
     objects_moved: bool = False,
 ) -> Facts:
-    """Facts of one frame. The sky counts as far geometry: it is blurred like any."""
-    nearest, _ = depth_range(camera, scene, near_plane)
-    scale = coc_scale_px(lens.aperture, height_px, camera.fov_y)
-    near, far = (float(c) for c in coc_px([nearest, SKY_DEPTH], scale, 1.0 / lens.focus_distance))
+    """Facts of one frame of `size` px. The sky counts as far geometry: it is blurred like any."""
+    seen = sight(scene.boxes, camera, lens, size, near_plane)
+    scale = coc_scale_px(lens.aperture, size[1], camera.fov_y)
+    near, far = (float(c) for c in coc_px([seen.nearest, SKY_DEPTH], scale, 1.0 / lens.focus_distance))
     return Facts(
         near_coc_px=max(-near, 0.0),
         far_coc_px=max(far, 0.0),
@@ -155,6 +162,8 @@ def frame_facts(
         normal_mapped=scene.normal_mapped,
         emissive=scene.emissive,
         alpha_masked=scene.alpha_masked,
+        normal_mapped_in_view=scene.normal_mapped and bool(seen.kinds & NORMAL_MAPPED),
+        alpha_masked_in_view=scene.alpha_masked and bool(seen.kinds & ALPHA_MASKED),
         lights=scene.lights,
         sun=scene.sun,
         objects=scene.objects,

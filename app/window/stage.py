@@ -109,8 +109,8 @@ class Stage:
     def facts(self, settings: Settings, camera: Camera) -> Facts:
         """What a still frame from there meets, as large as the last one."""
         assert self._gpu_scene is not None, "load a scene first"
-        height = self.sides[0].renderer.size[1] if self.sides else 1
-        return frame_facts(self._gpu_scene.facts, camera, settings.lens, height, self._gpu_scene.near_plane)
+        size = self.sides[0].renderer.size if self.sides else (1, 1)
+        return frame_facts(self._gpu_scene.facts, camera, settings.lens, size, self._gpu_scene.near_plane)
 
     def pending(self, look: Look, camera: Camera, size: Size, time_s: float = 0.0) -> tuple[bool, bool]:
         """(something changed since the last drawing, something still converges)."""

@@ -30,35 +30,40 @@ coordinate = st.floats(-100, 100)
 points = st.tuples(coordinate, coordinate, coordinate)
 lenses = st.builds(Lens, aperture=st.floats(0, 1), focus_distance=st.floats(1e-2, 1e5))
 Vec3 = tuple[float, float, float]
+SIZE = (1920, 1080)
 
 
 def box(a: Vec3, b: Vec3) -> SceneFacts:
     low, high = np.minimum(a, b), np.maximum(a, b)
-    return SceneFacts(tuple(low), tuple(high), False, False, False, False, 0, False)
+    return scene_facts(Scene((), (), ()), low, high)
 
 
 @given(a=points, b=points, eye=points, target=points, lens=lenses, fov=st.floats(5, 120), seed=st.integers(0, 99))
-def test_no_point_of_the_scene_exceeds_the_bounds(
+def test_no_point_in_the_picture_exceeds_the_bounds(
     a: Vec3, b: Vec3, eye: Vec3, target: Vec3, lens: Lens, fov: float, seed: int
 ) -> None:
     assume(math.dist(eye, target) > 1e-3)
     scene, camera = box(a, b), look_at(eye, target, fov_y_deg=fov)
     nearest = near_plane(np.array(scene.low), np.array(scene.high))
-    facts = frame_facts(scene, camera, lens, 1080, nearest)
+    facts = frame_facts(scene, camera, lens, SIZE, nearest)
     share = np.random.default_rng(seed).random((200, 3))
     share[:8] = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3), -1).reshape(8, 3)  # the corners among them
     inside = np.array(scene.low) + share * np.subtract(scene.high, scene.low)
     depths = (inside - camera.eye) @ np.array(camera.forward)
-    seen = np.append(depths[depths >= nearest], SKY_DEPTH)  # the sky is never out of reach
+    ahead = depths[depths >= nearest]
+    x, y = (camera.axes @ (inside - camera.eye).T)[:2]
+    slope = math.tan(camera.fov_y / 2)
+    in_picture = (depths >= nearest) & (abs(x) <= slope * SIZE[0] / SIZE[1] * depths) & (abs(y) <= slope * depths)
+    seen = np.append(depths[in_picture], SKY_DEPTH)  # the sky is never out of reach
     coc = coc_px(seen, coc_scale_px(lens.aperture, 1080, camera.fov_y), 1.0 / lens.focus_distance)
     rounding = 1e-12 * (1.0 + np.abs(coc).max())
     assert -coc.min() <= facts.near_coc_px + rounding
     assert coc.max() <= facts.far_coc_px + rounding
     low, high = depth_range(camera, scene, nearest)
     assert nearest <= low <= high
-    if len(seen) > 1:
-        assert low <= seen[:-1].min() + 1e-9
-        assert high >= seen[:-1].max() - 1e-9
+    if len(ahead):
+        assert low <= ahead.min() + 1e-9
+        assert high >= ahead.max() - 1e-9
 
 
 @given(a=points, b=points, eye=points, target=points, lens=lenses)
@@ -67,7 +72,7 @@ def test_bounds_are_not_idle(a: Vec3, b: Vec3, eye: Vec3, target: Vec3, lens: Le
     assume(math.dist(eye, target) > 1e-3)
     scene, camera = box(a, b), look_at(eye, target)
     nearest, _ = depth_range(camera, scene, 1e-3)
-    facts = frame_facts(scene, camera, lens, 720, 1e-3)
+    facts = frame_facts(scene, camera, lens, SIZE, 1e-3)
     assert facts.near_coc_px >= 0.0
     assert facts.far_coc_px >= 0.0
     if nearest >= lens.focus_distance:
@@ -141,19 +146,21 @@ def test_lights_are_counted_and_frames_inherit_the_scenes_facts() -> None:
     found = scene_facts(scene(Material(normal_texture=SLOT, alpha_cutoff=0.1), (lamp, sun)), np.zeros(3), np.ones(3))
     assert (found.lights, found.sun) == (2, True)
     assert not scene_facts(scene(Material(), (lamp,)), np.zeros(3), np.ones(3)).sun
-    frame = frame_facts(found, look_at((0, 0, 5), (0, 0, 0)), Lens(), 100, 0.01, camera_moved=True, unsampled=True)
+    frame = frame_facts(found, look_at((0, 0, 5), (0, 0, 0)), Lens(), SIZE, 0.01, camera_moved=True, unsampled=True)
     expected = {
         "textured": True,
         "normal_mapped": True,
         "emissive": False,
         "alpha_masked": True,
+        "normal_mapped_in_view": True,
+        "alpha_masked_in_view": True,
         "lights": 2,
         "sun": True,
     }
     assert frame == Facts(frame.near_coc_px, frame.far_coc_px, **expected, camera_moved=True, unsampled=True)
 
 
-ROOM = SceneFacts((-5.0, 0.0, -5.0), (5.0, 3.0, 5.0), False, False, False, False, 0, False)
+ROOM = scene_facts(Scene((), (), ()), np.array([-5.0, 0.0, -5.0]), np.array([5.0, 3.0, 5.0]))
 INSIDE = look_at((0, 1.5, 3), (0, 1.5, -5), fov_y_deg=40)
 
 

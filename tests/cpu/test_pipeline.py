@@ -24,8 +24,9 @@ from app.scene.facts import Facts
 from app.settings import Settings, from_dict, put, walk
 
 EVERYTHING = Facts(
-    near_coc_px=20.0, far_coc_px=20.0, textured=True, normal_mapped=True, emissive=True, alpha_masked=True, lights=2,
-    sun=True, objects=True, camera_moved=True, objects_moved=True,
+    near_coc_px=20.0, far_coc_px=20.0, textured=True, normal_mapped=True, emissive=True, alpha_masked=True,
+    normal_mapped_in_view=True, alpha_masked_in_view=True, lights=2, sun=True, objects=True,
+    camera_moved=True, objects_moved=True,
 )  # fmt: skip
 # compiled in as well, for speed
 BRANCHES = ("lens.blades", "lens.cat_eye", "lens.spherical_aberration", "overlay.focus_plane")

@@ -140,7 +140,7 @@ def _of_views(scene: Scene, triangles: Triangles) -> Iterator[str]:
     of_scene = scene_facts(scene, *box)
     for view in viewpoints(scene, box):
         settings = focused(Settings(), view)
-        facts = frame_facts(of_scene, view.camera, settings.lens, 540, near_plane(*box))
+        facts = frame_facts(of_scene, view.camera, settings.lens, (960, 540), near_plane(*box))
         if not (math.isfinite(facts.near_coc_px) and math.isfinite(facts.far_coc_px)):
             yield f"{view} has no circle of confusion"
     for moving in triangles.moving:

@@ -129,7 +129,7 @@ def test_the_least_blur_that_is_drawn_is_hardly_one(ctx: moderngl.Context, walls
     """An aperture just above the one that plans no blur: the post-process runs, and moves nothing beyond a pixel."""
     camera = walls.camera
     scene = walls.renderer.scene
-    facts = frame_facts(scene.facts, camera, Lens(aperture=0.05, focus_distance=9.0), SIZE[1], scene.near_plane)
+    facts = frame_facts(scene.facts, camera, Lens(aperture=0.05, focus_distance=9.0), SIZE, scene.near_plane)
     settings, camera = lens(walls, 0.05 * 0.72 / facts.near_coc_px, 9.0, math.degrees(camera.fov_y))
     sharp = drawn(walls, "sharp", settings, camera)
     assert "post" in {call.step.name for call in walls.draw(view, SIZE, settings=settings).plan.calls}

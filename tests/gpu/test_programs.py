@@ -73,7 +73,9 @@ def permutations() -> Iterator[tuple[Settings, Facts]]:
     yield Settings(), EVERYTHING
     yield Settings(), NOTHING
     for flag in FLAGS:
-        off = (flag, "normal_mapped") if flag == "textured" else (flag,)  # a normal map is a texture
+        # a normal map is a texture, and what is in view is in the scene
+        also = {"textured": ("normal_mapped", "normal_mapped_in_view"), "normal_mapped": ("normal_mapped_in_view",)}
+        off = (flag, *also.get(flag, ()))
         yield Settings(), replace(EVERYTHING, **dict.fromkeys(off, False))
     yield Settings(), replace(EVERYTHING, lights=1)
     for path, leaf, value in walk(Settings()):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import moderngl
 import numpy as np
@@ -52,6 +53,21 @@ def test_size_view_and_settings_start_afresh(walls: Stage) -> None:
     renderer.draw("traced", camera, settings)
     assert renderer.converged_samples == 1
     assert renderer.linear().shape == (20, 30, 3)
+
+
+def test_layers_that_paused_remember_nothing(walls: Stage) -> None:
+    """Turned away from all that is near, no rays are traced; turned back, none from before the pause count."""
+    renderer = walls.draw("hybrid", SIZE, frames=8)
+    traced = []
+    for yaw in (*range(0, 100, 10), *range(100, -10, -10)):
+        renderer.draw("hybrid", walls.camera.turned(math.radians(yaw), 0.0), walls.settings)
+        assert renderer.plan
+        traced.append("trace" in {call.step.name for call in renderer.plan.calls})
+        if traced[-2:] == [False, True]:
+            rays, held = renderer.read("ray_count")[..., 0].max(), renderer.read("layer_state")[..., :2].max()
+            assert held <= rays, "the layers hold more rays than were traced since"
+            assert renderer.read("scout")[..., 1].max() == 1.0
+    assert [b for a, b in pairwise(traced) if a != b] == [False, True]
 
 
 def test_a_moved_camera_restarts_the_truth(walls: Stage) -> None:
