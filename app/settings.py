@@ -105,6 +105,7 @@ class Mask:
         off=False,
         quality=(False, True),
     )
+    settle: bool = knob(True, doc="No rays for still pixels whose noise no display shows.", static=True, off=False)
     sensitivity: float = knob(
         1.0, 0.01, 100.0, doc="s of the mask response 1 - 1/(s x + 1) to the Sobel gradient x.", log=True
     )

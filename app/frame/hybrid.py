@@ -40,6 +40,11 @@ def reconstruct_defines(settings: Settings, facts: Facts) -> Defines:
     return (("RINGS", RECONSTRUCT_RINGS),)
 
 
+def settle_defines(settings: Settings, facts: Facts) -> Defines:
+    """Whether pixels get no more rays once no display shows their noise."""
+    return (("SETTLE", int(settings.mask.settle)),)
+
+
 def smoothed(settings: Settings, facts: Facts) -> Need:
     """Spatial reconstruction: where there are rays, unless it is switched off."""
     if not settings.reconstruct.spatial:
@@ -168,6 +173,7 @@ MASKING = (
         writes=("mask",),
         fills=("RayHistogram",),
         needed=partly_occluded,
+        defines=settle_defines,
     ),
 )
 

@@ -53,7 +53,7 @@ TARGETS: dict[str, Target] = {
         Target("mask_reach", 1, "f4", "largest reach of the edges that reach the tile, half-res px", TILE_PX, filter="nearest", show="scalar", range=(0.0, 20.0)),
         Target("mask_coarse", 2, "f2", "mask_edges, one texel per 2^n x 2^n of its texels, n after the largest reach; fills the lower left corner", 2, cleared=True, filter="nearest", show="scalar"),
         Target("mask_rows", 4, "f4", "x: power of the coarse row's strongest edge, half-res px^2; y: its reach, half-res px; z: its response; w: half-res px a coarse row", 2, cleared=True, filter="nearest", show="signed", range=(-400.0, 400.0), signed="x"),
-        Target("mask", 2, "f2", "x: weight of the pixel in the ray budget, 0..1, 0: no rays; y: weight of rays in the composite", 2, show="scalar"),
+        Target("mask", 2, "f2", "x: weight of the pixel in the ray budget, steps of 1/255, less: no more rays, 0: none; y: weight of rays in the composite", 2, show="scalar"),
         Target("ray_count", 2, "f4", "x: lens rays traced in the pixel this frame; y: in earlier frames", 2, history=True, filter="nearest", show="scalar", range=(0.0, 16.0)),
         Target("trace_near", 4, "f2", "this frame's near radiance times hit ratio; a: hit ratio", 2, cleared=True, filter="nearest"),
         Target("trace_far", 4, "f2", "this frame's far radiance times (1 - hit ratio); a: 1 - hit ratio", 2, cleared=True, filter="nearest"),

@@ -3,12 +3,12 @@
 //   (farthest edge to look for, half-res px, per tile), or every pixel is masked; motion (px) while something moves; last frame's layer_state (x, y: rays) and layer_moments (compressed luminance and its square, of
 //   the near and the far part); scout (x: share of rays that find unseen near surfaces, one texel per 8x8 half-res px)
 //   if there are scouts.
-// Writes: mask (x: weight in the ray budget in steps of 1/255, 0: no rays; y: weight of rays in the composite, 0..1),
-//   half resolution.
+// Writes: mask (x: weight in the ray budget in steps of 1/255, 0: no rays, between 0 and 1: no more rays; y: weight of
+//   rays in the composite, 0..1), half resolution.
 // Fills: RayHistogram (masked pixels per weight step).
 // Method: dilation as in mask_rows.comp. The weight is the poster's (2.1): the edge response, raised by the deviation
 // of the rays from the moments accumulated so far (Schied et al. 2017), of the pixels around; a pixel without history
-// gets all it can. Counts are integers, so that they come out the same in any order.
+// gets all it can. A still pixel that is settled (SETTLE) keeps its light and gets no more. Counts are integers, so that they come out the same in any order.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "lib/mask.glsl"
@@ -31,17 +31,27 @@ layout(std430) buffer RayHistogram { uint pixels_of_level[256]; };
 
 shared uint counted[256];
 
+// What is known of a pixel's light.
+struct Noise {
+    float deviation;  // per ray, of the compressed luminance of the pixels around; negative: unknown
+    float mean;       // of the same
+    float rays;       // that the pixel holds
+    float around;     // that its neighbours hold
+};
+const Noise UNKNOWN = Noise(-1.0, 0.0, 0.0, 0.0);
+
 // Deviation per ray of the light around p, from last frame's moments; negative where nothing was traced. The neighbours
 // tell, not the pixel itself: rays that decided how many follow them would count for less than the others, and with
 // points that avoid each other the mean would be biased.
-float deviation_at(ivec2 p) {
-    if (frame.history_valid == 0u) return -1.0;
+Noise noise_at(ivec2 p) {
+    if (frame.history_valid == 0u) return UNKNOWN;
     ivec2 last = textureSize(prev_layer_state, 0) - 1, from = p;
 #if HAS_MOTION
     from -= ivec2(round(0.5 * fetch_finite(in_motion, min(2 * p, ivec2(frame.size_px) - 1)).xy));
 #endif
-    if (any(lessThan(from, ivec2(0))) || any(greaterThan(from, last))) return -1.0;
-    if (fetch_finite(prev_layer_state, from).w == 0.0) return -1.0;
+    if (any(lessThan(from, ivec2(0))) || any(greaterThan(from, last))) return UNKNOWN;
+    vec4 own = fetch_finite(prev_layer_state, from);
+    if (own.w == 0.0) return UNKNOWN;
     vec4 moments = vec4(0.0);
     float rays = 0.0;
     for (int i = 0; i < 9; i++) {
@@ -51,7 +61,9 @@ float deviation_at(ivec2 p) {
         moments += weight * fetch_light(prev_layer_moments, there);
         rays += weight;
     }
-    return rays > 0.0 ? light_deviation(moments / rays) : -1.0;
+    if (rays == 0.0) return UNKNOWN;
+    moments /= rays;
+    return Noise(light_deviation(moments), moments.x + moments.z, min(own.x, own.y), rays);
 }
 
 // What scouts make of a pixel, 0..1: their finds around it under a quadratic B-spline, smooth across tiles.
@@ -97,10 +109,16 @@ void main() {
         vec2 mask = max(dilated(p, size.y), vec2(scouted(p)));
         uint level = 0u;
         if (mask.x > 0.0) {
-            float weight = ray_weight(mask.x, deviation_at(p), frame.mask_variance);
+            Noise noise = noise_at(p);
+            float weight = ray_weight(mask.x, noise.deviation, frame.mask_variance);
             level = clamp(uint(255.0 * weight + 0.5), 1u, 255u);
+#if SETTLE && !HAS_MOTION
+            float least = min(noise.rays, noise.around / 8.0);
+            if (noise.deviation >= 0.0 && settled(noise.deviation, noise.mean, least, frame.exposure)) level = 0u;
+#endif
         }
-        imageStore(out_mask, p, vec4(float(level) / 255.0, mask.y, 0.0, 0.0));
+        float share = level == 0u && mask.x > 0.0 ? SETTLED : float(level) / 255.0;
+        imageStore(out_mask, p, vec4(share, mask.y, 0.0, 0.0));
         if (level > 0u) atomicAdd(counted[level], 1u);
     }
     barrier();

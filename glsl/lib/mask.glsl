@@ -94,6 +94,25 @@ float ray_weight(float response, float deviation, float gain) {
     return gain > 0.0 && deviation < 0.0 ? 1.0 : clamp(EDGE_WORTH * response + gain * deviation, 0.0, 1.0);
 }
 
+// A mask level between 0 and the first: such a pixel keeps its light and asks for no rays.
+const float SETTLED = 1.0 / 1024.0;
+
+// Rays that a pixel must hold to be settled, and each of the eight around it: light that reaches one ray in 128 is then
+// missed by all of them with a chance of a ninetieth.
+const float SETTLED_RAYS = 64.0;
+
+// Error that half an 8-bit step of the display hides, at a mean luminance: both compressed, and so about the display's
+// linear light, of which it shows the power 1/2.2.
+float hidden_error(float mean) {
+    return 0.5 / 255.0 * 2.2 * pow(max(mean, 1e-3), 1.2 / 2.2);
+}
+
+// Whether `rays` of this deviation and mean leave less noise than a display shows. Dependent samples would do better
+// than the square root that is assumed.
+bool settled(float deviation, float mean, float rays, float exposure) {
+    return rays >= SETTLED_RAYS && deviation * inversesqrt(rays) * max(exposure, 1.0) <= hidden_error(mean);
+}
+
 // Mean rays for a mask level 1..255 when the budget allows `scale` per level.
 float planned_rays(float level, float scale, float fewest, float most) {
     return clamp(scale * level, fewest, most);

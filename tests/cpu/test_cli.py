@@ -30,6 +30,11 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+def spaced(text: str) -> str:
+    """With a single space between words."""
+    return " ".join(text.split())
+
+
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """The one line on stderr of a command that exits with 2 and prints nothing else."""
     assert main(arguments) == BAD_INPUT
@@ -217,11 +222,11 @@ def test_a_plan_prints_what_runs_what_does_not_and_why(capsys: pytest.CaptureFix
 def test_the_plan_of_a_scene_that_moves_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", "toy-train"]) == 0
     out = capsys.readouterr().out
-    assert "  runs   motion          objects move; HAS_OBJECT=1 OBJECTS=1" in out
+    assert "runs motion objects move; HAS_OBJECT=1 OBJECTS=1" in spaced(out)
     assert "OBJECTS=1" in next(line for line in out.splitlines() if line.startswith("  runs   trace"))
     assert main(["plan", "still-life"]) == 0
     out = capsys.readouterr().out
-    assert "  skips  motion          nothing moves" in out
+    assert "skips motion nothing moves" in spaced(out)
     assert "OBJECTS" not in out
 
 
@@ -258,7 +263,7 @@ def test_plan_and_info_tell_what_frames_take(capsys: pytest.CaptureFixture[str])
 
 def test_a_pinholes_plan_says_that_it_is_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", "still-life", "--lens.aperture", "0"]) == 0
-    assert "  skips  gather          the aperture is 0, a pinhole: everything is sharp" in capsys.readouterr().out
+    assert "skips gather the aperture is 0, a pinhole: everything is sharp" in spaced(capsys.readouterr().out)
 
 
 def test_an_option_wins_over_the_camera_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

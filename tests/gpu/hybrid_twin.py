@@ -19,6 +19,7 @@ RIM = 0.25
 RAYS_BEGIN_PX, RAYS_END_PX = 2.0, 4.0
 FARTHEST_TEXELS = 32.0
 MOST_REACH_HALF = 16384.0  # half-res px
+SETTLED_RAYS = 64.0
 EDGE_WORTH = 0.1
 MOST_GATHER_HALF = 6.0  # half-res px
 PRIOR_RAYS = 8.0
@@ -82,6 +83,18 @@ def ray_weight(response: ArrayLike, deviation: ArrayLike, gain: ArrayLike) -> Ar
     deviation, gain = np.asarray(deviation, np.float64), np.asarray(gain, np.float64)
     known = np.clip(EDGE_WORTH * np.asarray(response) + gain * deviation, 0.0, 1.0)
     return np.where((gain > 0.0) & (deviation < 0.0), 1.0, known)
+
+
+def hidden_error(mean: ArrayLike) -> Array:
+    """Error of compressed luminance that half an 8-bit step hides."""
+    return 0.5 / 255.0 * 2.2 * np.maximum(np.asarray(mean, np.float64), 1e-3) ** (1.2 / 2.2)
+
+
+def settled(deviation: ArrayLike, mean: ArrayLike, rays: ArrayLike, exposure: ArrayLike) -> NDArray[np.bool_]:
+    """Whether rays leave less noise than a display shows."""
+    rays = np.asarray(rays, np.float64)
+    noise = np.asarray(deviation) / np.sqrt(np.maximum(rays, 1e-300)) * np.maximum(exposure, 1.0)
+    return (rays >= SETTLED_RAYS) & (noise <= hidden_error(mean))
 
 
 def rays_feather(power: ArrayLike, reach: ArrayLike) -> Array:

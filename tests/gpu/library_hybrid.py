@@ -25,6 +25,12 @@ def layer_error(coc: np.ndarray, in_focus: float, blend: np.ndarray) -> np.ndarr
     return 8 * EPS * (1.0 + (np.minimum(np.abs(coc), in_focus + blend) + in_focus) / blend)
 
 
+def unsettled(d: np.ndarray, m: np.ndarray, r: np.ndarray, e: np.ndarray) -> np.ndarray:
+    """Either answer will do where noise and what hides it agree to 32 ulps."""
+    noise = d / np.sqrt(np.maximum(r, 1.0)) * np.maximum(e, 1.0)
+    return 1.0 * (np.abs(noise - twin.hidden_error(m)) <= 32 * EPS * noise)
+
+
 def undecided(coc: np.ndarray, circle: np.ndarray) -> np.ndarray:
     """1 where a CoC lies within rounding of the end of its range."""
     low, high = circle.T
@@ -89,6 +95,14 @@ CASES = {
             twin.ray_weight,
             (UNIT, edges(-1.0, 0.5), edges(0.0, 100.0)),
             lambda r, d, g: 4 * EPS * (0.1 + g * np.abs(d)),
+        ),
+        # pow by exp2 and log2: the exponent's ulps at 2^-10 count ten times.
+        "hidden_error": Case("float hidden_error(float m)", twin.hidden_error, (UNIT,), ulps(32)),
+        "settled": Case(
+            "bool settled(float d, float m, float r, float e)",
+            twin.settled,
+            (edges(0.0, 0.5), UNIT, RAYS, edges(1e-3, 100.0)),
+            unsettled,
         ),
         "planned_rays": Case(
             "float planned_rays(float l, float s, float f, float m)",
