@@ -121,7 +121,7 @@ PAIRS = (
 
 @cache
 def stage_for(ctx: moderngl.Context, subject: str) -> Stage | None:
-    """A subject by name, a built-in scene, or "bare": the still life without textures. None: not beside this checkout."""
+    """A subject, a built-in scene, or "bare": the still life without textures. None: not beside this checkout."""
     known = {s.name: s for s in SUBJECTS}
     if subject == "bare":
         return _bare(ctx)
