@@ -24,7 +24,7 @@ from .test_advisor import WALLS
 
 SIZE = (48, 32)
 PINHOLE = put(Settings(), "lens.aperture", 0.0)
-WIDE = put(put(Settings(), "lens.aperture", 0.5), "lens.focus_distance", 8.0)
+WIDE = put(put(Settings(), "lens.aperture", 2.0), "lens.focus_distance", 8.0)
 
 
 @pytest.fixture
