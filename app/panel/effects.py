@@ -28,7 +28,7 @@ class Row:
         """The milliseconds, signed as they count."""
         if self.ms is None:
             return ""
-        return f"{self.ms:.2f} ms" if self.runs else f"-{self.ms:.2f} ms"
+        return f"{self.ms if self.runs else -self.ms:.{1 if self.ms >= 100.0 else 2}f} ms"
 
 
 def rows_of(cost: Cost, shown: Shown) -> list[Row]:
@@ -44,8 +44,8 @@ class EffectsSection:
     """Remembers what ran when it was last asked, and when that changed."""
 
     def __init__(self) -> None:
-        self._ran: dict[tuple[str, str], bool] = {}  # (view, pass)
-        self._changed_s: dict[tuple[str, str], float] = {}
+        self._ran: dict[tuple[int, str], bool] = {}  # (side of the split screen, pass)
+        self._changed_s: dict[tuple[int, str], float] = {}
 
     @property
     def fading(self) -> bool:
@@ -55,20 +55,20 @@ class EffectsSection:
     def draw(self, shown: Shown, requests: list[Request]) -> None:
         """Draw the section; what the user wants is added to `requests`."""
         now_s = imgui.get_time()
-        listed = {cost.view: rows_of(cost, shown) for cost in shown.costs}
+        listed = [rows_of(cost, shown) for cost in shown.costs]
         self._note(listed, now_s)
-        rows = [row for of_view in listed.values() for row in of_view]
+        rows = [row for of_side in listed for row in of_side]
         title = f"Active effects: {sum(row.runs for row in rows)} of {len(rows)} passes###effects"
         if not imgui.collapsing_header(title):
             return
         self._measure_button(shown, requests)
-        for view, of_view in listed.items():
-            imgui.text_unformatted(view)
-            self._table(view, of_view, now_s)
+        for side, (cost, of_side) in enumerate(zip(shown.costs, listed, strict=True)):
+            imgui.text_unformatted(cost.view)
+            self._table(side, of_side, now_s)
 
-    def _note(self, listed: dict[str, list[Row]], now_s: float) -> None:
-        """See what changed since the last frame. A view that was not shown then has nothing to compare with."""
-        ran = {(view, row.name): row.runs for view, rows in listed.items() for row in rows}
+    def _note(self, listed: list[list[Row]], now_s: float) -> None:
+        """See what changed since the last frame. A side that was not shown then has nothing to compare with."""
+        ran = {(side, row.name): row.runs for side, rows in enumerate(listed) for row in rows}
         changed = {key: now_s for key, runs in ran.items() if self._ran.get(key, runs) != runs}
         recent = {key: at for key, at in self._changed_s.items() if now_s - at < FLASH_S and key in ran}
         self._ran, self._changed_s = ran, {**recent, **changed}
@@ -81,14 +81,14 @@ class EffectsSection:
             requests.append(Request("measure savings"))
         imgui.set_item_tooltip("Draws this picture with every effect on, to see what each pass left out would cost")
 
-    def _table(self, view: str, rows: list[Row], now_s: float) -> None:
+    def _table(self, side: int, rows: list[Row], now_s: float) -> None:
         columns = imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop
-        if not imgui.begin_table(f"effects {view}", 3, columns):
+        if not imgui.begin_table(f"effects {side}", 3, columns):
             return
         for name, share in (("pass", 0.30), ("ms", 0.22), ("why", 0.48)):
             imgui.table_setup_column(name, imgui.TableColumnFlags_.none, share)
         for row in rows:
-            self._draw_row(row, now_s - self._changed_s.get((view, row.name), -FLASH_S))
+            self._draw_row(row, now_s - self._changed_s.get((side, row.name), -FLASH_S))
         imgui.end_table()
 
     def _draw_row(self, row: Row, since_s: float) -> None:
@@ -101,6 +101,6 @@ class EffectsSection:
         imgui.text_unformatted(row.name)
         imgui.pop_style_color()
         imgui.table_next_column()
-        imgui.text_unformatted(row.figure) if row.runs else muted(row.figure)
+        imgui.text_colored(imgui.get_style_color_vec4(imgui.Col_.text) if row.runs else style.MUTED, row.figure)
         imgui.table_next_column()
         muted(row.reason if row.runs else f"skipped: {row.reason}")
