@@ -14,7 +14,7 @@ COMMANDS = {  # by the place where they are interrupted
     "call app/files.py:_settle": ("shot", *SMALL, "--view", "sharp", "--frames", "1", "-o", "{file}.png"),
     "call measure/savings.py:measuring": ("plan", *SMALL, "--measure"),
     "call measure/reference.py:_begin": ("tune", *SMALL, "--error", "0.01", "--spp", "8", "-o", "{file}.json"),
-    "call measure/tune.py:_measured": ("tune", *SMALL, "--error", "0.01", "--spp", "8", "-o", "{file}.json"),
+    "call measure/tune.py:_measured": ("tune", *SMALL, "--ms", "50", "--spp", "8", "-o", "{file}.json"),
     "call gpu/timing.py:self_test": ("doctor",),
 }
 
