@@ -1,7 +1,7 @@
 """Runs the program and presses Ctrl-C at a chosen place: `python -m tests.interrupt PLACE ARGUMENTS...`.
 
-PLACE is `import NAME`, before that module is read, or `call PATH:FUNCTION`, as that function of a file that ends in PATH
-is entered. A place that is never reached is told by exit code 70, unless the program failed before.
+PLACE is `import NAME`, before that module is read, or `call PATH:FUNCTION`, as that function of a file that ends in
+PATH is entered. A place that is never reached is told by exit code 70, unless the program failed before.
 """
 
 from __future__ import annotations

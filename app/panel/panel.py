@@ -5,6 +5,7 @@ It replaces the Look and utters Requests; it does nothing itself.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from imgui_bundle import imgui
@@ -71,7 +72,7 @@ class Panel:
         fixed = imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_title_bar
         imgui.begin("panel", None, fixed)
         self.width = imgui.get_window_width()
-        if self.width < widest:
+        if self.width < math.floor(widest):  # ImGui cuts off fractions
             self._roomy = self.width
         look = self._sections(look, shown, requests)
         imgui.end()

@@ -119,7 +119,7 @@ def test_a_window_that_was_small_for_a_while_gets_its_panel_back(ui: imgui.IO) -
     for _ in range(3):
         draw(panel, look, shown())
     width = panel.width
-    for size in ((500.0, 300.0), (1.0, 1.0), (300.0, 300.0), SIZE):
+    for size in ((501.0, 300.0), (1.0, 1.0), (301.0, 300.0), SIZE):
         ui.display_size = imgui.ImVec2(*size)
         for _ in range(3):
             draw(panel, look, shown(), size)

@@ -10,7 +10,6 @@ import ctypes
 import gc
 import shutil
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,8 +32,8 @@ DEEDS = {
     *("load_another_scene", "reload", "cut", "pictures", "slices"),
 }
 # Growth of process memory from one lap to the next [MiB]: laps differ by what the clock decides (how many slices fit),
-# and the allocator keeps what is split; 0.1 to 0.7 were measured. In the long form that is 0.8 kB a frame, less than any
-# picture, plan or list of passes: what is left on the GPU is counted to the last object.
+# and the allocator keeps what is split; 0.1 to 0.7 were measured. In the long form that is 0.8 kB a frame, less than
+# any picture, plan or list of passes: what is left on the GPU is counted to the last object.
 GROWTH_MIB = 4.0
 CODE_MIB = 2.0  # of a program that only the later lap has, where programs are made ready in advance; measured: 0.9
 
@@ -59,7 +58,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def bad(monkeypatch: pytest.MonkeyPatch) -> Iterator[Counter[str]]:
+def bad(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     """Bad texels by target, in all that any renderer draws, the survey's and the reference's as well."""
     found: Counter[str] = Counter()
     begin, take = Health.begin_frame, Health._take
@@ -78,7 +77,7 @@ def bad(monkeypatch: pytest.MonkeyPatch) -> Iterator[Counter[str]]:
 
     monkeypatch.setattr(Health, "begin_frame", watching_all)
     monkeypatch.setattr(Health, "_take", taken)
-    yield found
+    return found
 
 
 def memory_mib() -> float:
