@@ -118,7 +118,7 @@ class Flight:
         stage.rehearsal.begin_turn()
         _, converging = stage.pending(state.look, state.camera, self.size, state.time_s)
         if self.surveyor.turn(self.size, self.clock, converging):
-            self._count("slices")
+            self._count("slices with the map" if state.look.heat else "slices of the survey")
         try:
             stage.draw(state.look, state.camera, self.size, state.time_s)
             self._count("stand-ins" if stage.preparing else "pictures")
