@@ -10,10 +10,14 @@ import random
 import signal
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+
+from app.window.loop import Window, _ClosedWhileLoading
 
 from .conftest import PICTURE, ROOT, Driver
 
@@ -74,6 +78,17 @@ def test_it_ends_at_once_whatever_it_is_doing(
     assert window.process.stderr.read() == ("" if how == "closed" else "hybrid-dof: interrupted\n")
     assert not window.state["resting"] or not window.state["scene"]
     assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file()], "half a tree"
+
+
+@pytest.mark.parametrize("closing", [False, True])
+def test_loading_ends_at_its_next_step_once_the_window_was_closed(closing: bool) -> None:
+    window = Window.__new__(Window)  # all of it that progress needs
+    window._desktop = SimpleNamespace(closing=closing)  # type: ignore[assignment]
+    window._last_progress, told = 0.0, []
+    window._show_progress = lambda *what: told.append(what)  # type: ignore[method-assign]
+    with pytest.raises(_ClosedWhileLoading) if closing else nullcontext():
+        window._on_progress("reading geometry", 0.5)
+    assert told == [("reading geometry", 0.5)]
 
 
 def still_works(window: Driver) -> None:
