@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from . import commands, info_command, plan_command, presets, tune_command
-from .errors import UserError
+from .errors import UserError, tell
 from .frame.pipeline import VIEWS
 from .scene.gallery import DEFAULT
 from .settings import Settings, walk
@@ -19,7 +19,6 @@ from .settings import Settings, walk
 COMMANDS = ("view", "shot", "bench", "plan", "tune", "info", "doctor", "scenes")
 MAX_TIME_S = 1e6  # eleven days: a float64 still tells microseconds apart there
 DEFAULT_VIEW = "hybrid"
-INTERRUPTED = 130  # what shells report for Ctrl-C
 
 
 class _Parser(argparse.ArgumentParser):
@@ -33,7 +32,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code."""
+    """Run one command; returns the exit code. Raises KeyboardInterrupt (app/__main__.py)."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in arguments
     for stream in (sys.stdout, sys.stderr):
@@ -50,15 +49,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except UserError as error:
         if debug:
             traceback.print_exc()
-        print(f"hybrid-dof: {error}", file=sys.stderr)
+        tell(str(error))
         return error.exit_code
     except BrokenPipeError:
         # The reader went away, as `| head` does; what is still buffered must not be flushed at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except KeyboardInterrupt:
-        print("hybrid-dof: interrupted", file=sys.stderr)
-        return INTERRUPTED
 
 
 def _parsed(arguments: list[str]) -> argparse.Namespace:

@@ -5,6 +5,7 @@ It replaces the Look and utters Requests; it does nothing itself.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from imgui_bundle import imgui
@@ -40,6 +41,8 @@ class Panel:
         self._scenes, self._presets, self._advice = ScenePicker(), PresetPicker(), AdvicePicker()
         self.cost, self.effects = CostSection(), EffectsSection()
         self.width = 0.0  # window units, as last drawn; 0 while hidden
+        self._roomy = 0.0  # the same, when the window last had room for more: what the user wants
+        self._size: tuple[float, float] | None = None  # of the window, as last drawn
 
     def draw(self, look: Look, shown: Shown, size: tuple[float, float]) -> tuple[Look, list[Request]]:
         """Draw into a window of `size` [window units]; returns what the user wants, and what only the window can do."""
@@ -63,9 +66,14 @@ class Panel:
         imgui.set_next_window_size_constraints(
             imgui.ImVec2(min(MIN_EM * em, widest), size[1]), imgui.ImVec2(widest, size[1])
         )
+        if self._roomy and size != self._size:  # else one that was squeezed for a while would stay so
+            imgui.set_next_window_size(imgui.ImVec2(self._roomy, size[1]), imgui.Cond_.always)
+        self._size = size
         fixed = imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_title_bar
         imgui.begin("panel", None, fixed)
         self.width = imgui.get_window_width()
+        if self.width < math.floor(widest):  # ImGui cuts off fractions
+            self._roomy = self.width
         look = self._sections(look, shown, requests)
         imgui.end()
         return look

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import UserError
 from ..files import is_file, user_path
+from ..interrupts import held_back
 from . import gallery
 from .bounded import bound
 from .decoded import Decoded
@@ -91,7 +92,8 @@ def scene_file(path_or_name: str | Path) -> Path:
 def _decode(path: Path, progress: Progress) -> Decoded:
     if path.suffix.lower() in GLTF:
         return read_gltf(path, progress)
-    from .trimesh_formats import read_with_trimesh  # costs up to two seconds, which glTF users need not pay
+    with held_back():  # while trimesh looks for packages, it takes Ctrl-C for the lack of one
+        from .trimesh_formats import read_with_trimesh  # costs up to two seconds, which glTF users need not pay
 
     return read_with_trimesh(path, progress)
 

@@ -10,7 +10,7 @@ import pytest
 
 APP = Path(__file__).parents[2] / "app"
 LAYERS = (  # a module imports from its own layer and from those above it in this list, without cycles
-    ("errors", "knob", "settings", "optics", "sampling", "tone", "data", "files", "picture", "cache"),
+    ("errors", "interrupts", "knob", "settings", "optics", "sampling", "tone", "data", "files", "picture", "cache"),
     ("camera", "controls"),
     ("scene",),
     ("bvh",),

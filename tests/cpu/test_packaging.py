@@ -62,4 +62,4 @@ def test_what_the_tests_import_is_declared_for_developers() -> None:
 
 def test_the_promised_extras_exist() -> None:
     assert set(PROJECT["optional-dependencies"]) == {"exr", "metrics", "fast", "video", "plots", "dev"}
-    assert PROJECT["scripts"] == {"hybrid-dof": "app.cli:main"}
+    assert PROJECT["scripts"] == {"hybrid-dof": "app.__main__:main"}

@@ -20,7 +20,7 @@ from app.panel.input import UiInput, imgui_key
 from app.panel.knobs import TITLES, describe, draw_knob, title
 from app.panel.memory import MOST_LINES, memory_table
 from app.panel.model import Cost, Look, Request, Shown
-from app.panel.panel import Panel
+from app.panel.panel import MAX_SHARE, Panel
 from app.panel.scenes import camera_files
 from app.panel.views import VIEWABLE, value_range
 from app.scene.facts import Facts
@@ -112,6 +112,19 @@ def test_no_window_is_too_small(ui: imgui.IO, size: tuple[float, float]) -> None
     assert x == y == 0.0
     assert width >= 1.0
     assert height >= 1.0
+
+
+def test_a_window_that_was_small_for_a_while_gets_its_panel_back(ui: imgui.IO) -> None:
+    panel, look = Panel(), Look()
+    for _ in range(3):
+        draw(panel, look, shown())
+    width = panel.width
+    for size in ((501.0, 300.0), (1.0, 1.0), (301.0, 300.0), SIZE):
+        ui.display_size = imgui.ImVec2(*size)
+        for _ in range(3):
+            draw(panel, look, shown(), size)
+        assert panel.width <= max(MAX_SHARE * size[0], imgui.get_style().window_min_size.x)
+    assert panel.width == width
 
 
 def test_the_panel_stands_beside_the_picture_and_can_be_hidden(ui: imgui.IO) -> None:

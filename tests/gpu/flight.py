@@ -22,6 +22,7 @@ from app.settings import Settings, put, walk
 from app.window.stage import Stage
 from app.window.state import State
 from app.window.surveyor import STILL_S, Surveyor
+from app.window.warmup import WarmUp
 
 HOME_SCENE, HOME_SIZE = "stress:knife-edges", (80, 45)
 SCENES = ("stress:one-triangle", "stress:mirrors", "stress:knife-edges", "stress:empty", "toy-train")
@@ -36,16 +37,25 @@ MOST = {"rays.budget": 4.0, "rays.max_per_pixel": 8, "rays.samples_per_frame": 2
 class Flight:
     """One user who never sits still. Each `frame` draws one; `home` goes back to one known state."""
 
-    def __init__(self, ctx: moderngl.Context, seed: int, shaders: Path) -> None:
-        """`shaders`: a folder that the program reads its shaders from, which the flight may write to."""
-        self.ctx, self.random = ctx, random.Random(seed)
+    def __init__(self, ctx: moderngl.Context, shaders: Path, haste: float = 1.0) -> None:
+        """`shaders`: a folder that the program reads its shaders from, which the flight may write to. `haste`: how many
+        times as often something is done as in a long flight.
+        """
+        self.ctx, self.random, self.haste = ctx, random.Random(0), haste
         self.stage = Stage(ctx, lambda text, fraction: None)
         self.state = State(Look(view="sharp"), Shown())
         self.surveyor = Surveyor(self.state, self.stage)
-        self.size, self.clock, self.done = HOME_SIZE, 0.0, {}
+        self.warm_up = WarmUp(self.state, self.stage)
+        self.size, self.clock = HOME_SIZE, 0.0
+        self.done: dict[str, int] = {}
+        self.broken = 0  # readings of shaders that did not compile
         self._entry = shaders / "shared" / "frame.glsl"  # of which nearly every shader is made
         self._text = self._entry.read_text(encoding="utf-8")
         self.load(HOME_SCENE)
+
+    def begin(self, seed: int) -> None:
+        """From `home`, the same seed does the same again."""
+        self.random, self.done = random.Random(seed), {}
 
     def frame(self) -> None:
         """Maybe do something, then draw."""
@@ -60,21 +70,28 @@ class Flight:
             (0.004, self._reload),
             (0.02, self._cut),
         ):
-            if self.random.random() < chance:
+            if self.random.random() < self.haste * chance:
                 self._count(deed.__name__.strip("_"))
                 deed()
         self._draw()
 
     def home(self) -> None:
-        """The state that the flight began in, whatever it has been through."""
+        """The state that the flight began in, whatever it has been through. Who measured begins anew."""
         self._write("")
-        self.stage.reload_shaders()
+        self._read_shaders()
         self.state.look = Look(view="sharp")
         self.state.pilot = Pilot()
+        self.surveyor.release()
+        self.surveyor = Surveyor(self.state, self.stage)
         self.load(HOME_SCENE)
         for size in ((16, 9), HOME_SIZE):  # a change of size drops all targets but those of the view
             self.size = size
             self._draw()
+            while self.stage.preparing:
+                self._draw()
+        scratch = self.stage.rehearsal._targets  # what programs were tried out on last, which depends on the clock
+        if scratch:
+            scratch.release()
 
     def load(self, name: str) -> None:
         """As the window does it (app/window/requests.py)."""
@@ -98,15 +115,18 @@ class Flight:
         state.camera = state.pilot.advance(state.camera, FRAME_S)
         if stage.moves:
             state.pass_time(FRAME_S)
+        stage.rehearsal.begin_turn()
         _, converging = stage.pending(state.look, state.camera, self.size, state.time_s)
         if self.surveyor.turn(self.size, self.clock, converging):
-            self._count("slices")
+            self._count("slices with the map" if state.look.heat else "slices of the survey")
         try:
             stage.draw(state.look, state.camera, self.size, state.time_s)
-            self._count("pictures")
+            self._count("stand-ins" if stage.preparing else "pictures")
         except UserError:  # a target that these settings do not make
             self._count("refused")
             state.look = replace(state.look, view="sharp", compare=False)
+        if stage.rehearsal.patient and not state.pilot.active:
+            self.warm_up.turn()
         self.surveyor.shown()
         for side in stage.sides:
             self.surveyor.texture(side)
@@ -151,7 +171,11 @@ class Flight:
 
     def _reload(self) -> None:
         self._write(self.random.choice(("", "\n// edited\n", "\n// and again\n", "\nthis is no GLSL\n")))
-        self.stage.reload_shaders()
+        self._read_shaders()
+
+    def _read_shaders(self) -> None:
+        if self.stage.reload_shaders():
+            self.broken += 1
 
     def _cut(self) -> None:
         self.state.camera = self.random.choice(self.stage.viewpoints).camera

@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from app.cli import INTERRUPTED, main
+from app.cli import main
+from app.interrupts import INTERRUPTED
 from app.measure.bench_store import read_results
 
 ROOT = Path(__file__).parents[2]

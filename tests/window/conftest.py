@@ -71,13 +71,13 @@ class Driver:
         width, height = PICTURE
         command = [sys.executable, "-m", "app", "view", *arguments, "--size", f"{width}x{height}"]
         command += ["--status", str(self._status), "--screenshots", str(folder)]
+        self._others = self._windows()
         self.process = subprocess.Popen(command, cwd=root, env=self._environment, stderr=subprocess.PIPE, text=True)
         self.window = ""
 
     def __enter__(self) -> Driver:
         self.wait(lambda state: state["drawn"])
-        found = self.do("search", "--pid", str(self.process.pid), "--name", "hybrid-dof")
-        self.window = found.split()[0]
+        self.find()
         self.do("windowfocus", "--sync", self.window)
         return self
 
@@ -85,6 +85,14 @@ class Driver:
         if self.process.poll() is None:
             self.process.terminate()
         self.process.wait()
+
+    def find(self) -> None:
+        """Set `window`: the one that has been there only since this driver started, as processes are not told."""
+        (self.window,) = self._windows() - self._others
+
+    def _windows(self) -> set[str]:
+        command = ["xdotool", "search", "--name", "hybrid-dof"]  # fails where there is none
+        return set(subprocess.run(command, env=self._environment, capture_output=True, text=True).stdout.split())  # noqa: PLW1510
 
     def do(self, *arguments: str) -> str:
         """One xdotool command."""
