@@ -41,8 +41,9 @@ class WarmUp:
 
     def turn(self) -> None:
         """Compile one program, or look for one for a moment."""
+        self._take_aim()
         begin = time.perf_counter()
-        while not (self.done or self._stage.rehearsal.spent) and time.perf_counter() - begin < LOOK_S:
+        while not (self._done or self._stage.rehearsal.spent) and time.perf_counter() - begin < LOOK_S:
             call = next(self._calls, None)
             self._done = call is None
             if call and self._prepare(call):
