@@ -22,7 +22,7 @@ Program = (
 
 Formats = tuple[str, ...]  # of the textures that a program reads and writes, in order
 
-MOST_PROGRAMS = 448  # kept at once: twice what two views of the richest scene can ask for within one step, and some
+MOST_PROGRAMS = 512  # kept at once: twice what two views of the richest scene can ask for within one step
 _TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")
 _PREFIXES = ("in_", "prev_", "out_")
 

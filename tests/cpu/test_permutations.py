@@ -168,19 +168,19 @@ def test_the_programs_of_a_step_are_few(scene: str) -> None:
     viewpoint = viewpoints(model, box)[0]
     settings = focused(Settings(), viewpoint)
     facts = frame_facts(scene_facts(model, *box), viewpoint.camera, settings.lens, 720, near_plane(*box))
-    check_few(settings, facts)
+    check_few(settings, facts, ("post", "hybrid"))
 
 
 @pytest.mark.parametrize("settings", [Settings(), from_dict(CHANGED)], ids=["default", "changed"])
 def test_the_programs_of_a_step_are_few_in_the_richest_scene(settings: Settings) -> None:
-    check_few(settings, RICH)
+    check_few(settings, RICH, tuple(VIEWS))
 
 
-def check_few(settings: Settings, facts: Facts) -> None:
-    """In every view, and a split screen of any two finds room for all that either can ask for next."""
+def check_few(settings: Settings, facts: Facts, views: tuple[str, ...]) -> None:
+    """A split screen of any two finds room for all that either can ask for next, and for as much again."""
     files = load_glsl()
-    within = {view: reachable(view, settings, facts, files) for view in VIEWS}
-    for view in VIEWS:
+    within = {view: reachable(view, settings, facts, files) for view in views}
+    for view in views:
         assert of_frame(view, settings, facts, files) <= within[view]
-        for other in VIEWS:
-            assert len(within[view] | within[other]) <= MOST_PROGRAMS / 2
+        for other in views:
+            assert 2 * len(within[view] | within[other]) <= MOST_PROGRAMS, (view, other)
