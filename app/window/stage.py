@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -52,6 +53,7 @@ class Stage:
     rehearsal: Rehearsal = field(init=False)
     idle: bool = False  # of the last `draw`: there was nothing it could do yet
     _gpu_scene: GpuScene | None = None
+    _builds: int = 0  # when the turn began
     _compiling: float | None = None  # the part that is ready of what is waited for
 
     def __post_init__(self) -> None:
@@ -130,6 +132,19 @@ class Stage:
     def building(self) -> bool:
         """Whether a thread makes the scene's tree."""
         return self._gpu_scene is not None and self._gpu_scene.tree_progress is not None
+
+    def begin_turn(self) -> None:
+        """Grant what a turn may make ready, and take the tree that a thread has finished, whoever asked for it."""
+        self.rehearsal.begin_turn()
+        self._builds = self.rehearsal.programs.builds
+        if self._gpu_scene and self.building:
+            with suppress(UserError):  # told when somebody asks for it again
+                self._gpu_scene.request_tree()
+
+    @property
+    def compiled(self) -> int:
+        """Programs since the turn began."""
+        return self.rehearsal.programs.builds - self._builds
 
     @property
     def held_up(self) -> bool:
