@@ -110,14 +110,21 @@ class Renderer:
         return self._targets.texture("display")
 
     def ready(
-        self, view: str, camera: Camera, settings: Settings, *, time_s: float = 0.0, time_budget_ms: float | None = None
+        self,
+        view: str,
+        camera: Camera,
+        settings: Settings,
+        *,
+        time_s: float = 0.0,
+        cut: bool = False,
+        time_budget_ms: float | None = None,
     ) -> bool:
         """Whether `draw` would neither compile nor wait for the scene's tree. Brings that nearer: asks for the tree,
         compiles as much as the rehearsal allows in this turn. Raises UserError as `draw` does.
         """
         if not self._rehearsal.patient:
             return True
-        now, goes_on = self._next(view, camera, settings, time_s, cut=False)
+        now, goes_on = self._next(view, camera, settings, time_s, cut)
         facts = self._facts(view, now, goes_on, settings, time_budget_ms)
         plan = frame_plan(view, settings, facts)
         has_tree = not any(call.step.rays for call in plan.calls) or self.scene.request_tree()

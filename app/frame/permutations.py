@@ -47,12 +47,26 @@ def within_one_step(view: str, settings: Settings, facts: Facts) -> Iterator[Cal
             yield from _calls(target, settings, changed)
 
 
-def of_its_class(facts: Facts) -> Facts:
-    """Facts that plan the same, and are equal wherever camera and lens are in the same class."""
+def of_its_class(settings: Settings, facts: Facts) -> tuple[Settings, Facts]:
+    """Settings and facts that plan the same, and are equal wherever camera and lens are in the same class, and numbers
+    that vary continuously between the same ends.
+    """
+    for path, leaf, value in walk(settings):
+        if isinstance(value, float):
+            settings = put(settings, path, _of_its_class(leaf, value))
+        elif isinstance(value, tuple):
+            settings = put(settings, path, leaf.default)
     far_px = _BLURRED_PX if facts.far_coc_px > IN_FOCUS_COC_PX else 0.0
     near_px = _BLURRED_PX if facts.near_coc_px > RAYS_BEGIN_PX else _SLIGHT_PX
     near_px = near_px if facts.near_coc_px > IN_FOCUS_COC_PX else 0.0
-    return replace(facts, near_coc_px=near_px, far_coc_px=far_px)
+    return settings, replace(facts, near_coc_px=near_px, far_coc_px=far_px)
+
+
+def _of_its_class(leaf: Field[Any], value: float) -> float:
+    """An end of the range, the default, or for all others one of them."""
+    low, high = leaf.metadata["low"], leaf.metadata["high"]
+    between = (low + (high if leaf.default == low else leaf.default)) / 2.0
+    return value if value in (low, high, leaf.default) else between
 
 
 def beside(leaf: Field[Any], value: Any) -> tuple[Any, ...]:

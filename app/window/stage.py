@@ -25,7 +25,7 @@ from ..scene.facts import Facts, frame_facts
 from ..scene.model import Scene
 from ..session import load_gpu_scene, viewpoints
 from ..settings import Settings
-from .side import Choice, Side
+from .side import LEAST, Choice, Side
 
 Size = tuple[int, int]
 Progress = Callable[[str, float], None]
@@ -158,30 +158,34 @@ class Stage:
         self._compiling, self.idle = None, True
         for side, view in zip(self.sides, views, strict=True):
             side.resize(size)
-            shown = self._choice(side, (view, look.settings), camera, time_s)
+            shown = self._choice(side, Choice(view, look.settings), camera, time_s)
             if shown is None:
                 continue
-            key = (*shown, camera, size, time_s)
+            key = (shown.view, shown.settings, camera, size, time_s)
             if side.drawn == key and side.samples >= side.limit:
                 continue
             self.idle = False
             side.renderer.profiler.enabled = look.panel
             side.renderer.health.watched = "in turn" if look.panel else "nothing"
-            side.texture = side.renderer.draw(shown[0], camera, shown[1], time_s=time_s, time_budget_ms=self._budget_ms)
+            options = {"time_s": time_s, "cut": shown.cut, "time_budget_ms": self._budget_ms}
+            side.texture = side.renderer.draw(shown.view, camera, shown.settings, **options)
             side.still = side.still + 1 if side.drawn == key else 1
-            side.drawn, (side.view, side.settings) = key, shown
+            side.drawn, side.view, side.settings = key, shown.view, shown.settings
         self.idle = self.idle and not (self.rehearsal.patient and self.rehearsal.spent)
 
     def _choice(self, side: Side, wanted: Choice, camera: Camera, time_s: float) -> Choice | None:
-        """What a side draws now: what is wanted, or what is ready and nearest to it, or nothing."""
-        key = (*wanted, camera, side.renderer.size, time_s)
+        """What a side draws now: what is wanted, or what is ready and nearest to it, or nothing. Where nothing has been
+        drawn, what takes least comes first.
+        """
+        key = (wanted.view, wanted.settings, camera, side.renderer.size, time_s)
         options = {"time_s": time_s, "time_budget_ms": self._budget_ms}
         if side.drawn == key and side.samples >= side.limit:
             return wanted
-        if side.renderer.ready(wanted[0], camera, wanted[1], **options):
+        least = side.view or side.renderer.ready(LEAST, camera, wanted.settings, **options)
+        if least and side.renderer.ready(wanted.view, camera, wanted.settings, **options):
             return wanted
         self._compiling = self.rehearsal.part
-        return side.stand_in(wanted[1], camera, **options)
+        return side.stand_in(wanted, camera, **options)
 
     @property
     def _budget_ms(self) -> float:

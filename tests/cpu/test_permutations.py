@@ -136,18 +136,26 @@ def test_whatever_one_step_asks_for_is_listed(step: tuple[int, str, Settings, Fa
     assert not missing, f"from {STARTS[start][0]} to {view}"
 
 
-@given(near=coc, far=coc, view=st.sampled_from(SHOWABLE), start=st.sampled_from(STARTS), moved=st.booleans())
+@given(step=steps(), view=st.sampled_from(SHOWABLE), near=coc, far=coc)
 @effort(max_examples=400, deadline=None)
-def test_facts_of_one_class_plan_the_same(
-    near: float, far: float, view: str, start: tuple[str, Settings, Facts], moved: bool
+def test_what_is_of_one_class_plans_the_same(
+    step: tuple[int, str, Settings, Facts], view: str, near: float, far: float
 ) -> None:
     """Calls are equal in all but their reasons, which name the blur."""
-    _, settings, facts = start
-    facts = replace(facts, near_coc_px=near, far_coc_px=far, camera_moved=moved)
-    same = of_its_class(facts)
-    assert of_its_class(same) == same
-    assert (same.near_coc_px, same.far_coc_px) in LENSES
-    assert planned(view, settings, facts) == planned(view, settings, same)
+    _, _, settings, facts = step
+    if settings.lens.aperture:
+        facts = replace(facts, near_coc_px=near, far_coc_px=far)
+    same = of_its_class(settings, facts)
+    assert of_its_class(*same) == same
+    assert (same[1].near_coc_px, same[1].far_coc_px) in LENSES
+    assert planned(view, settings, facts) == planned(view, *same)
+
+
+@given(near=st.floats(3.0, 1e6), focus=st.floats(0.01, 100.0), aperture=st.floats(1e-3, 0.9))
+def test_flying_and_focusing_stay_in_a_class(near: float, focus: float, aperture: float) -> None:
+    settings = put(put(Settings(), "lens.focus_distance", focus), "lens.aperture", aperture)
+    usual = put(put(Settings(), "lens.focus_distance", 3.0), "lens.aperture", 0.01)
+    assert of_its_class(settings, replace(RICH, near_coc_px=near)) == of_its_class(usual, RICH)
 
 
 def planned(view: str, settings: Settings, facts: Facts) -> object:
