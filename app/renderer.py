@@ -51,9 +51,10 @@ class Renderer:
         self._rehearsal, self._lent = rehearsal or Rehearsal(ctx), rehearsal is not None
         self._frame_buffer = ctx.buffer(reserve=FRAME.itemsize)
         self.profiler = Profiler(ctx, timing_source)
-        self.health = Health(ctx, self._rehearsal.programs)
+        self.health = Health(ctx, self._rehearsal)
         self.plan: FramePlan | None = None
         self._plan_key: object = None
+        self._found_ready: object = None  # plan, scene and programs that were
         self._share = share_memory
         self._slots: tuple[Slot, ...] = ()
         self._drawn_plan: FramePlan | None = None
@@ -127,8 +128,13 @@ class Renderer:
         now, goes_on = self._next(view, camera, settings, time_s, cut)
         facts = self._facts(view, now, goes_on, settings, time_budget_ms)
         plan = frame_plan(view, settings, facts)
-        has_tree = not any(call.step.rays for call in plan.calls) or self.scene.request_tree()
-        return self.rehearse(plan.parts, view, camera, settings) and has_tree
+        found = plan, self.scene, self.scene.has_tree, self._rehearsal.programs.losses
+        if found != self._found_ready:
+            has_tree = not any(call.step.rays for call in plan.calls) or self.scene.request_tree()
+            if not (self.rehearse(plan.parts, view, camera, settings) and has_tree):
+                return False
+            self._found_ready = found
+        return True
 
     def rehearse(self, calls: tuple[Call, ...], view: str, camera: Camera, settings: Settings) -> bool:
         """Whether calls of such a view can run without compiling, after as much of it as this turn may do."""

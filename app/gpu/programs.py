@@ -75,6 +75,10 @@ class Programs:
             self._drop(next(iter(self._compiled)))
         return compiled
 
+    def holds(self, shader: str) -> bool:
+        """Whether a program without defines is compiled."""
+        return self.key(shader, ()) in self._compiled
+
     def has_run(self, key: Key, formats: Formats) -> bool:
         """Whether a program is ready to run on textures of these formats without compiling anything. Asking counts as a
         use.

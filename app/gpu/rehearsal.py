@@ -79,6 +79,14 @@ class Rehearsal:
             scene.update_shadow(self.programs)
         return not missing
 
+    def affords(self, shader: str) -> bool:
+        """Whether a program outside of plans may be used now: it is there, or this turn may compile it."""
+        if not self.patient or self.programs.holds(shader):
+            return True
+        affordable = not self.spent
+        self._left -= affordable
+        return affordable
+
     def release(self) -> None:
         """Free programs and textures."""
         self.programs.release()

@@ -151,7 +151,7 @@ class GpuScene:
         if self.has_tree:
             return True
         if self._tree_build is None:
-            self._tree_build = Background(self._made_tree)
+            self._tree_build = Background("Preparing rays", self._made_tree)
         return self._tree_build.done and self._finish_tree(self._tree_build)
 
     def _finish_tree(self, build: Background[_Tree]) -> bool:

@@ -264,6 +264,7 @@ class Window:
             "programs": len(self._stage.rehearsal.programs),
             "compiled": self._stage.compiled,
             "frame": self._frames,
+            "tree": self._stage.traces,
         }
         entry = {**own, **self._state.log_entry(), **self._surveyor.log_entry(self._panel.cost.places)}
         self._status.write(entry, self._state.say)

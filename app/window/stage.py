@@ -129,6 +129,11 @@ class Stage:
         return None if self._compiling is None else tree or ("compiling shaders", self._compiling)
 
     @property
+    def traces(self) -> bool:
+        """Whether the scene has a tree for rays."""
+        return self._gpu_scene is not None and self._gpu_scene.has_tree
+
+    @property
     def building(self) -> bool:
         """Whether a thread makes the scene's tree."""
         return self._gpu_scene is not None and self._gpu_scene.tree_progress is not None

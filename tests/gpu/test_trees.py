@@ -189,7 +189,7 @@ def test_a_background_tells_its_progress_and_its_result() -> None:
         assert end.wait(PATIENCE_S)
         return 42
 
-    background = Background(work)
+    background = Background("begun", work)
     assert begin.wait(PATIENCE_S)
     assert not background.done
     assert background.progress == ("half", 0.5)
@@ -209,7 +209,7 @@ def test_a_background_keeps_what_it_raised() -> None:
     def work(progress: Progress) -> int:
         raise KeyError("lost")
 
-    background = Background(work)
+    background = Background("begun", work)
     background.wait()
     for _ in range(2):
         with pytest.raises(KeyError, match="lost"):
@@ -218,7 +218,8 @@ def test_a_background_keeps_what_it_raised() -> None:
 
 def test_who_waits_may_be_interrupted_and_the_work_goes_on() -> None:
     go_on = threading.Event()
-    background = Background(lambda progress: go_on.wait(PATIENCE_S))
+    background = Background("begun", lambda progress: go_on.wait(PATIENCE_S))
+    assert background.progress == ("begun", 0.0)
 
     def closed(what: str, part: float) -> None:
         raise InterruptedError
@@ -239,7 +240,7 @@ def test_a_background_that_is_left_ends_at_its_next_word() -> None:
             begun.set()
             reached.append(time.sleep(0.001))
 
-    background = Background(work)
+    background = Background("begun", work)
     assert begun.wait(PATIENCE_S)
     background.leave()
     assert background.done
