@@ -14,7 +14,19 @@ from typing import Any
 from .errors import UserError
 from .knob import knob, parse, plain, put, steps, walk
 
-__all__ = ["Settings", "from_dict", "history_key", "knob", "opened", "parse", "plain", "put", "steps", "to_dict", "walk"]
+__all__ = [
+    "Settings",
+    "from_dict",
+    "history_key",
+    "knob",
+    "opened",
+    "parse",
+    "plain",
+    "put",
+    "steps",
+    "to_dict",
+    "walk",
+]
 
 
 class ShadingMode(Enum):

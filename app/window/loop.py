@@ -31,7 +31,7 @@ from .stage import Stage
 from .state import State
 from .status import StatusLog
 from .surveyor import UI_S, Surveyor
-from .telling import telling, title
+from .telling import readiness, telling, title
 from .warmup import WarmUp
 
 SETTLE_S = (
@@ -252,22 +252,10 @@ class Window:
 
     def _log(self) -> None:
         """Note what is about to be shown; events that arrive with the swap belong to the next frame."""
-        costs = self._stage.costs()
-        own = {
-            "scene": self._stage.name,
-            "size": list(self._size),
-            "window": list(self._desktop.size),
-            "drawn": bool(costs),
-            "resting": not self._stage.preparing and all(cost.samples >= cost.limit for cost in costs),
-            "preparing": self._stage.preparing,
-            "warm": self._warm_up.done,
-            "programs": len(self._stage.rehearsal.programs),
-            "compiled": self._stage.compiled,
-            "frame": self._frames,
-            "tree": self._stage.traces,
-        }
-        entry = {**own, **self._state.log_entry(), **self._surveyor.log_entry(self._panel.cost.places)}
-        self._status.write(entry, self._state.say)
+        own = {"frame": self._frames, "size": list(self._size), "window": list(self._desktop.size)}
+        of_stage = readiness(self._stage, self._warm_up)
+        measured = self._surveyor.log_entry(self._panel.cost.places)
+        self._status.write({**own, **of_stage, **self._state.log_entry(), **measured}, self._state.say)
 
     def _fit_window(self, size: tuple[int, int]) -> None:
         """Make the picture, not the window, as large as asked for: a remembered panel may be wider than the first."""

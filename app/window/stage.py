@@ -172,8 +172,9 @@ class Stage:
             self.idle = False
             side.renderer.profiler.enabled = look.panel
             side.renderer.health.watched = "in turn" if look.panel else "nothing"
-            options = {"time_s": time_s, "cut": shown.cut, "time_budget_ms": self._budget_ms}
-            side.texture = side.renderer.draw(shown.view, camera, shown.settings, **options)
+            side.texture = side.renderer.draw(
+                shown.view, camera, shown.settings, time_s=time_s, cut=shown.cut, time_budget_ms=self._budget_ms
+            )
             side.still = side.still + 1 if side.drawn == key else 1
             side.drawn, side.view, side.settings = key, shown.view, shown.settings
         self.idle = self.idle and not (self.rehearsal.patient and self.rehearsal.spent)
@@ -183,7 +184,7 @@ class Stage:
         drawn, what takes least comes first.
         """
         key = (wanted.view, wanted.settings, camera, side.renderer.size, time_s)
-        options = {"time_s": time_s, "time_budget_ms": self._budget_ms}
+        options: dict[str, Any] = {"time_s": time_s, "time_budget_ms": self._budget_ms}
         if side.drawn == key and side.samples >= side.limit:
             return wanted
         least = side.view or side.renderer.ready(LEAST, camera, wanted.settings, **options)

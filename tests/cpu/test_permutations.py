@@ -52,7 +52,7 @@ EDGES_PX = (0.0, IN_FOCUS_COC_PX, RAYS_BEGIN_PX)
 coc = st.one_of(
     st.floats(0.0, 2e6),
     st.floats(0.0, 4.0),
-    st.sampled_from([e * (1.0 + d) for e in EDGES_PX for d in (-2**-52, 0.0, 2**-52)]),
+    st.sampled_from([e * (1.0 + d) for e in EDGES_PX for d in (-(2**-52), 0.0, 2**-52)]),
 )
 
 

@@ -228,10 +228,10 @@ def test_a_scene_whose_rays_nobody_asks_for_has_no_tree(ctx: moderngl.Context) -
 # -- rehearsals leave no trace -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("scene", "view"), [("still-life", "hybrid"), ("toy-train", "hybrid"), ("toy-train", "reference")])
-def test_a_picture_is_the_same_with_warming_up_between_its_frames(
-    ctx: moderngl.Context, scene: str, view: str
-) -> None:
+@pytest.mark.parametrize(
+    ("scene", "view"), [("still-life", "hybrid"), ("toy-train", "hybrid"), ("toy-train", "reference")]
+)
+def test_a_picture_is_the_same_with_warming_up_between_its_frames(ctx: moderngl.Context, scene: str, view: str) -> None:
     rig = made(ctx, scene)
     look = look_at_first(rig.stage, view)
 

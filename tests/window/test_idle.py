@@ -1,4 +1,4 @@
-"""The window at rest and at work: it costs nothing while nothing changes, and never stalls for more than one program."""
+"""The window at rest and at work: it costs nothing while nothing changes, and never stalls for more than a program."""
 
 from __future__ import annotations
 
