@@ -73,11 +73,13 @@ class Side:
             self.renderer.resize(size)
             self.texture = None  # it is gone
 
-    def stand_in(self, wanted: Choice, camera: Camera, **options: Any) -> Choice | None:
-        """The nearest to what is wanted that can be drawn at once, or None. `options` as of Renderer.ready."""
+    def stand_in(self, settings: Settings, camera: Camera, **options: Any) -> Choice | None:
+        """The nearest to a picture under `settings` that can be drawn at once, or None: what was drawn last, if need be
+        afresh, which takes no programs for motion. `options` as of Renderer.ready.
+        """
         last = [Choice(self.view, self.settings, cut) for cut in (False, True)] if self.settings else []
-        others = [Choice(name, wanted.settings) for name in STAND_INS]
-        for choice in (wanted._replace(cut=True), *last, *others):
+        others = [Choice(name, settings) for name in STAND_INS]
+        for choice in (*last, *others):
             with suppress(UserError):  # what the scene has no use for
                 if self.renderer.ready(choice.view, camera, choice.settings, cut=choice.cut, **options):
                     return choice

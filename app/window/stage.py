@@ -181,17 +181,18 @@ class Stage:
 
     def _choice(self, side: Side, wanted: Choice, camera: Camera, time_s: float) -> Choice | None:
         """What a side draws now: what is wanted, or what is ready and nearest to it, or nothing. Where nothing has been
-        drawn, what takes least comes first.
+        drawn, the programs of what takes least come first.
         """
         key = (wanted.view, wanted.settings, camera, side.renderer.size, time_s)
         options: dict[str, Any] = {"time_s": time_s, "time_budget_ms": self._budget_ms}
         if side.drawn == key and side.samples >= side.limit:
             return wanted
-        least = side.view or side.renderer.ready(LEAST, camera, wanted.settings, **options)
-        if least and side.renderer.ready(wanted.view, camera, wanted.settings, **options):
+        if not side.view:
+            side.renderer.ready(LEAST, camera, wanted.settings, **options)
+        if side.renderer.ready(wanted.view, camera, wanted.settings, **options):
             return wanted
         self._compiling = self.rehearsal.part
-        return side.stand_in(wanted, camera, **options)
+        return side.stand_in(wanted.settings, camera, **options)
 
     @property
     def _budget_ms(self) -> float:

@@ -279,6 +279,6 @@ def test_plan_lists_the_programs_of_a_frame_and_of_the_next_step(capsys: pytest.
     assert now == sum(int(row[1]) for row in rows) > 0
     assert next_step == sum(int(row[2]) for row in rows) > now
     assert {row[0] for row in rows if int(row[1])} == {
-        "raster/gbuffer", "raster/lighting.comp", "output/resolve.comp", "output/display.comp",
+        "raster/gbuffer", "raster/motion.comp", "raster/lighting.comp", "output/resolve.comp", "output/display.comp",
     }  # fmt: skip
     assert "rays/trace.comp" in {row[0] for row in rows}

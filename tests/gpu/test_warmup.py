@@ -225,6 +225,20 @@ def test_a_scene_whose_rays_nobody_asks_for_has_no_tree(ctx: moderngl.Context) -
     rig.stage.release()
 
 
+def test_programs_that_gave_way_come_back_one_a_turn(ctx: moderngl.Context) -> None:
+    """What was found ready is asked again once any program went."""
+    rig = made(ctx, "toy-train")
+    look = look_at_first(rig.stage, "post")
+    rig.draw(look)
+    assert rig.turn(look) == 0
+    programs = rig.stage.rehearsal.programs
+    for key in [key for key in programs._compiled if key[0] == "dof/gather.comp"]:
+        programs._drop(key)
+    assert rig.draw(look) > 1
+    assert rig.most == 1
+    rig.stage.release()
+
+
 # -- rehearsals leave no trace -----------------------------------------------------------------------------------------
 
 
