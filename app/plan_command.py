@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from . import commands
@@ -10,6 +11,8 @@ from . import commands
 if TYPE_CHECKING:
     from .frame.records import FramePlan
     from .measure.savings import Costs
+    from .scene.facts import Facts
+    from .settings import Settings
 
 NAME_WIDTH = 21  # of the longest pass' name, and a space
 
@@ -21,6 +24,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--measure",
         action="store_true",
         help="draw it, and tell what each pass costs and what each that is left out would",
+    )
+    parser.add_argument(
+        "--programs",
+        action="store_true",
+        help="list the shader programs, those of this frame and those that the next step can ask for",
     )
 
 
@@ -57,6 +65,8 @@ def plan(options: argparse.Namespace) -> int:
     )
     lines = _measured(options, scene, triangles, viewpoint, settings) if options.measure else _planned(frame)
     print(*(f"  {line}" for line in lines), sep="\n")
+    if options.programs:
+        print(*_programs(options.view, settings, facts), sep="\n  ")
     print("memory of the frame, targets that share a texture together:", *memory_lines(frame, options.size), sep="\n  ")
     return 0
 
@@ -68,6 +78,21 @@ def _planned(frame: FramePlan) -> list[str]:
         defines = " ".join(f"{name}={value}" for name, value in call.defines if value)
         lines.append(f"runs   {call.step.name:<{NAME_WIDTH}}{call.reason}{'; ' + defines if defines else ''}")
     return lines + [f"skips  {skipped.name:<{NAME_WIDTH}}{skipped.reason}" for skipped in frame.skipped]
+
+
+def _programs(view: str, settings: Settings, facts: Facts) -> list[str]:
+    """What a window would have compiled: a line per shader, with the sum before them."""
+    from .gpu.programs import MOST_PROGRAMS
+    from .gpu.reachable import of_frame, reachable
+    from .gpu.shaders import load_glsl
+
+    files = load_glsl()
+    now, next_step = (Counter(key[0] for key in f(view, settings, facts, files)) for f in (of_frame, reachable))
+    head = (
+        f"shader programs: {now.total()} in this frame, {next_step.total()} within one step of it (another view, "
+        f"camera or lens, one setting changed, any target); a window keeps at most {MOST_PROGRAMS}"
+    )
+    return [head, *(f"{shader:<28}{now[shader]:3}{next_step[shader]:5}" for shader in sorted(next_step))]
 
 
 def _measured(options: argparse.Namespace, scene: Any, triangles: Any, viewpoint: Any, settings: Any) -> list[str]:

@@ -51,12 +51,12 @@ class Renderer:
         self._rehearsal, self._lent = rehearsal or Rehearsal(ctx), rehearsal is not None
         self._frame_buffer = ctx.buffer(reserve=FRAME.itemsize)
         self.profiler = Profiler(ctx, timing_source)
-        self.health = Health(ctx, self._rehearsal.programs)
+        self.health = Health(ctx, self._rehearsal)
         self.plan: FramePlan | None = None
         self._plan_key: object = None
+        self._found_ready: object = None  # plan, scene and programs that were
         self._share = share_memory
         self._slots: tuple[Slot, ...] = ()
-        self._drawn_plan: FramePlan | None = None
         self._past = Past()
         self.progress_callback: Callable[[str, float], None] | None = None
         self.cpu_ms = 0.0  # of this thread in the last `draw`, waits excluded
@@ -88,7 +88,7 @@ class Renderer:
         previous = self._past.previous(now)
         self.moved = now != previous
         plan = self._planned(view, settings, self._facts(view, now, goes_on, settings, time_budget_ms))
-        rows = self._rows(plan, settings, time_budget_ms)
+        rows = self._past.rows(plan, self.size[1], settings.rays.samples_per_frame, time_budget_ms)
         inputs = self._inputs(view, now, previous, settings, rows, self._past.frames)
         self.scene.place(now.time_s, previous.time_s)
         if any(dict(call.defines).get("SHADOWS") for call in plan.calls):
@@ -96,7 +96,7 @@ class Renderer:
         self._frame_buffer.write(frame_block(inputs).tobytes())
         self.health.begin_frame(plan)
         self._targets.begin(self._slots, frame_blocks(plan))
-        for call in self._calls(plan):
+        for call in self._past.calls(plan):
             slice_begin = self._clock() if call.step.sliced and time_budget_ms is not None else 0.0
             with self.profiler.scope(call.step.name):
                 self._run(call, inputs)
@@ -110,18 +110,30 @@ class Renderer:
         return self._targets.texture("display")
 
     def ready(
-        self, view: str, camera: Camera, settings: Settings, *, time_s: float = 0.0, time_budget_ms: float | None = None
+        self,
+        view: str,
+        camera: Camera,
+        settings: Settings,
+        *,
+        time_s: float = 0.0,
+        cut: bool = False,
+        time_budget_ms: float | None = None,
     ) -> bool:
         """Whether `draw` would neither compile nor wait for the scene's tree. Brings that nearer: asks for the tree,
         compiles as much as the rehearsal allows in this turn. Raises UserError as `draw` does.
         """
         if not self._rehearsal.patient:
             return True
-        now, goes_on = self._next(view, camera, settings, time_s, cut=False)
+        now, goes_on = self._next(view, camera, settings, time_s, cut)
         facts = self._facts(view, now, goes_on, settings, time_budget_ms)
         plan = frame_plan(view, settings, facts)
-        has_tree = not any(call.step.rays for call in plan.calls) or self.scene.request_tree()
-        return self.rehearse(plan.parts, view, camera, settings) and has_tree
+        found = plan, self.scene, self.scene.has_tree, self._rehearsal.programs.losses
+        if found != self._found_ready:
+            has_tree = not any(call.step.rays for call in plan.calls) or self.scene.request_tree()
+            if not (self.rehearse(plan.parts, view, camera, settings) and has_tree):
+                return False
+            self._found_ready = found
+        return True
 
     def rehearse(self, calls: tuple[Call, ...], view: str, camera: Camera, settings: Settings) -> bool:
         """Whether calls of such a view can run without compiling, after as much of it as this turn may do."""
@@ -247,12 +259,6 @@ class Renderer:
         assert self.plan is not None
         return self.plan
 
-    def _rows(self, plan: FramePlan, settings: Settings, budget_ms: float | None) -> tuple[int, int]:
-        """The slice of the picture that this frame draws: first row and one past the last."""
-        if budget_ms is not None and any(call.step.sliced for call in plan.calls):
-            return self._past.progress.next_rows(self.size[1], settings.rays.samples_per_frame, budget_ms)
-        return 0, self.size[1]
-
     def _inputs(
         self, view: str, now: Moment, previous: Moment, settings: Settings, rows: tuple[int, int], frame_index: int
     ) -> FrameInputs:
@@ -269,12 +275,6 @@ class Renderer:
             rows=rows,
             show=TARGETS[view] if view in TARGETS and view not in VIEWS else None,
         )
-
-    def _calls(self, plan: FramePlan) -> tuple[Call, ...]:
-        """What this frame runs. A continued slice starts at the sliced pass: nothing before it has changed since."""
-        calls, continued = plan.calls, self._past.progress.row > 0 and plan is self._drawn_plan
-        self._drawn_plan = plan
-        return calls[next(i for i, call in enumerate(calls) if call.step.sliced) :] if continued else calls
 
     def _run(self, call: Call, inputs: FrameInputs) -> None:
         if call.step.rays:

@@ -14,7 +14,19 @@ from typing import Any
 from .errors import UserError
 from .knob import knob, parse, plain, put, steps, walk
 
-__all__ = ["Settings", "from_dict", "history_key", "knob", "parse", "plain", "put", "steps", "to_dict", "walk"]
+__all__ = [
+    "Settings",
+    "from_dict",
+    "history_key",
+    "knob",
+    "opened",
+    "parse",
+    "plain",
+    "put",
+    "steps",
+    "to_dict",
+    "walk",
+]
 
 
 class ShadingMode(Enum):
@@ -277,6 +289,11 @@ class Settings:
     shading: Shading = field(default_factory=Shading)
     temporal: Temporal = field(default_factory=Temporal)
     overlay: Overlay = field(default_factory=Overlay)
+
+
+def opened(settings: Settings) -> Settings:
+    """The same through a lens: the default one in place of a pinhole, which calls for nothing that lenses do."""
+    return settings if settings.lens.aperture else put(settings, "lens.aperture", Lens().aperture)
 
 
 def to_dict(settings: Settings) -> dict[str, Any]:

@@ -21,7 +21,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """The short run tries the same examples every time: what it finds was found by whoever changed something."""
-    hypothesis.settings.register_profile("short", derandomize=True)
+    hypothesis.settings.register_profile("short", derandomize=True, deadline=None)
     if not config.getoption("--soak"):
         hypothesis.settings.load_profile("short")
 

@@ -22,14 +22,14 @@ class _Left(Exception):
 
 
 class Background(Generic[T]):
-    """Begins `work(progress)` at once."""
+    """Begins `work(progress)` at once. `what` is being done until it tells otherwise."""
 
-    def __init__(self, work: Callable[[Progress], T]) -> None:
+    def __init__(self, what: str, work: Callable[[Progress], T]) -> None:
         self._work = work
         self._left = threading.Event()
         self._made: list[T] = []
         self._error: Exception | None = None
-        self.progress: tuple[str, float] = ("", 0.0)  # what is being done, and the part that is
+        self.progress = (what, 0.0)  # what is being done, and the part that is
         self._thread = threading.Thread(target=self._run, name="background", daemon=True)
         self._thread.start()
 

@@ -3,7 +3,8 @@ its present value, every target as a view. Pure: no GL.
 
 A plan depends on camera and lens through two circles of confusion and no more, and through those only by which side of
 a threshold they lie on. One pair for each such class therefore stands for all cameras, apertures and focus distances,
-and the list does not grow while one flies. Of the surfaces in view, only the G-buffer's program asks.
+and the list does not grow while one flies. A pinhole is in the class without blur, and no further from the others. Of
+the surfaces in view, only the G-buffer's program asks.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from typing import Any
 from ..errors import UserError
 from ..optics import IN_FOCUS_COC_PX
 from ..scene.facts import Facts
-from ..settings import Settings, put, walk
+from ..settings import Settings, opened, put, walk
 from .hybrid import RAYS_BEGIN_PX
-from .pipeline import VIEWS, frame_plan
+from .pipeline import LENS_RAYS, VIEWS, frame_plan
 from .post import FULL_RES_PX
 from .records import Call
 from .targets import TARGETS
@@ -36,25 +37,42 @@ def within_one_step(view: str, settings: Settings, facts: Facts) -> Iterator[Cal
     view, another lens or camera, one setting changed (`beside`), a target looked at. Calls come again and again, those
     of the likeliest steps first.
     """
-    for other, changed in product(dict.fromkeys((view, *VIEWS)), _may_become(facts)):
-        yield from _calls(other, settings, changed)
+    for other in dict.fromkeys((view, *VIEWS)):
+        for changed in _may_become(facts, other):
+            yield from _calls(other, opened(settings), changed)
     for path, leaf, value in walk(settings):
         for neighbour in beside(leaf, value):
-            for changed in _moving(facts):
+            for changed in _moving(facts, view):
                 yield from _calls(view, put(settings, path, neighbour), changed)
-    for target, changed in product(TARGETS, _moving(facts)):
-        yield from _calls(target, settings, changed)
+    for target in TARGETS:
+        for changed in _moving(facts, target):
+            yield from _calls(target, settings, changed)
 
 
-def of_its_class(facts: Facts) -> Facts:
-    """Facts that plan the same, and are equal wherever camera and lens are in the same class."""
+def of_its_class(settings: Settings, facts: Facts) -> tuple[Settings, Facts]:
+    """Settings and facts that plan the same, and are equal wherever camera and lens are in the same class, and numbers
+    that vary continuously between the same ends.
+    """
+    for path, leaf, value in walk(settings):
+        if isinstance(value, float):
+            settings = put(settings, path, _of_its_class(leaf, value))
+        elif isinstance(value, tuple):
+            settings = put(settings, path, leaf.default)
     near_px, far_px = (_CLASSES_PX[bisect_left(_ENDS_PX, px)] for px in (facts.near_coc_px, facts.far_coc_px))
-    return replace(facts, near_coc_px=near_px, far_coc_px=far_px)
+    return settings, replace(facts, near_coc_px=near_px, far_coc_px=far_px)
+
+
+def _of_its_class(leaf: Field[Any], value: float) -> float:
+    """An end of the range, the default, or for all others one of them."""
+    low, high = leaf.metadata["low"], leaf.metadata["high"]
+    between = (low + (high if leaf.default == low else leaf.default)) / 2.0
+    return value if value in (low, high, leaf.default) else between
 
 
 def beside(leaf: Field[Any], value: Any) -> tuple[Any, ...]:
     """The values of a setting that count as one step from `value`: the other states of a switch, a choice's other
-    members, a number's next ones up and down; of what varies continuously both ends, where alone plans may differ.
+    members, a number's next ones up and down; of what varies continuously both ends and the default, where alone plans
+    may differ; and whatever is the default, to which a click goes back.
     """
     about = leaf.metadata
     if isinstance(value, bool):
@@ -62,27 +80,28 @@ def beside(leaf: Field[Any], value: Any) -> tuple[Any, ...]:
     if isinstance(value, Enum):
         return tuple(member for member in type(value) if member is not value)
     if isinstance(value, int):
-        near = (value - 1, value + 1, FEWEST_BLADES if leaf.name == "blades" else value)
-        return tuple(n for n in near if n != value and about["low"] <= n <= about["high"])
+        near = (value - 1, value + 1, FEWEST_BLADES if leaf.name == "blades" else value, leaf.default)
+        return tuple(n for n in dict.fromkeys(near) if n != value and about["low"] <= n <= about["high"])
     if isinstance(value, float):
-        return tuple(end for end in (about["low"], about["high"]) if end != value)
+        return tuple(n for n in (about["low"], about["high"], leaf.default) if n != value)
     return ()  # a colour: a uniform, whatever it is
 
 
-def _may_become(facts: Facts) -> Iterator[Facts]:
+def _may_become(facts: Facts, view: str) -> Iterator[Facts]:
     """The facts of any camera and lens in this scene, still or moving."""
-    yield from _moving(facts)
+    yield from _moving(facts, view)
     for near_px, far_px in LENSES:
-        yield from _moving(replace(facts, near_coc_px=near_px, far_coc_px=far_px))
+        yield from _moving(replace(facts, near_coc_px=near_px, far_coc_px=far_px), view)
     for mapped, masked in product(range(1 + facts.normal_mapped), range(1 + facts.alpha_masked)):
-        yield from _moving(replace(facts, normal_mapped_in_view=bool(mapped), alpha_masked_in_view=bool(masked)))
+        seen = replace(facts, normal_mapped_in_view=bool(mapped), alpha_masked_in_view=bool(masked))
+        yield from _moving(seen, view)
 
 
-def _moving(facts: Facts) -> Iterator[Facts]:
-    """Standing still, and a camera that moves: of a plan it is the same whether that or an object does. Each with and
-    without pixels that lack their first sample.
+def _moving(facts: Facts, view: str) -> Iterator[Facts]:
+    """Standing still, and a camera that moves: of a plan it is the same whether that or an object does. Where lens rays
+    are shown, each with and without pixels that lack their first.
     """
-    for moved, unsampled in product((False, True), repeat=2):
+    for moved, unsampled in product((False, True), (False, True) if view in LENS_RAYS else (False,)):
         yield replace(facts, camera_moved=moved, objects_moved=False, unsampled=unsampled)
 
 

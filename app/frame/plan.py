@@ -72,5 +72,6 @@ def _why_not(passes: Sequence[Pass], output: str, settings: Settings, facts: Fac
         if output in (*step.writes, *step.updates, *step.offers):
             return needs[step.name].reason
         if output in {t for t, _ in step.writes_if}:
-            return "this scene, seen so, calls for none"
+            need = needs[step.name]
+            return "this scene, seen so, calls for none" if need.runs else need.reason
     return "it is no target of this view"

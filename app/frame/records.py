@@ -165,7 +165,7 @@ class FramePlan:
     output: str  # the target to look at
     skipped: tuple[Skipped, ...] = ()
 
-    @property
+    @cached_property
     def parts(self) -> tuple[Call, ...]:
         """The parts of all calls, in order."""
         return tuple(part for call in self.calls for part in call.parts)

@@ -14,10 +14,12 @@ import numpy as np
 
 from ..frame.records import Call, FramePlan, Target
 from ..frame.targets import TARGETS
-from .programs import Programs, give
+from .programs import give
+from .rehearsal import Rehearsal
 from .targets import Targets
 from .timing import RING
 
+SHADER = "measure/health.comp"
 GROUP = 8  # texels per side of a work group
 Watched = Literal["nothing", "in turn", "all"]  # in turn: another target each frame, which costs next to nothing
 
@@ -36,23 +38,24 @@ class BadTexels:
 class Health:
     """Latest counts by target. Counting waits for nothing: `found` follows a few countings later."""
 
-    def __init__(self, ctx: moderngl.Context, programs: Programs) -> None:
+    def __init__(self, ctx: moderngl.Context, rehearsal: Rehearsal) -> None:
         self.watched: Watched = "nothing"
         self._due: frozenset[str] = frozenset()  # of the frame's targets
         self._frames = 0
-        self._ctx, self._programs = ctx, programs
+        self._ctx, self._rehearsal = ctx, rehearsal
         self._ring: list[tuple[str, moderngl.Buffer] | None] = [None] * RING
         self._spare: list[moderngl.Buffer] = []
         self._next = 0
         self.found: dict[str, BadTexels] = {}
 
     def begin_frame(self, plan: FramePlan) -> None:
-        """Choose what to check in a frame."""
+        """Choose what to check in a frame: nothing in one that has compiled as much as it may."""
         made = [target for call in plan.calls for target in call.writes]
         if self.found.keys() - set(made):
             self.forget()
         choice = {"nothing": [], "in turn": [made[self._frames % len(made)]], "all": made}
-        self._due = frozenset(choice[self.watched])
+        due = choice[self.watched]
+        self._due = frozenset(due if due and self._rehearsal.affords(SHADER) else ())
         self._frames += 1
 
     def after(self, call: Call, targets: Targets) -> None:
@@ -62,7 +65,7 @@ class Health:
 
     def count(self, target: Target, texture: moderngl.Texture) -> None:
         """Queue the counting of a target's texels as they are now."""
-        program = self._programs.get("measure/health.comp", ()).program
+        program = self._rehearsal.programs.get(SHADER, ()).program
         self._take(self._next)
         buffer = self._spare.pop() if self._spare else self._ctx.buffer(reserve=8)
         buffer.write(bytes(8))

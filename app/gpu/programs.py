@@ -22,7 +22,7 @@ Program = (
 
 Formats = tuple[str, ...]  # of the textures that a program reads and writes, in order
 
-MOST_PROGRAMS = 384  # kept at once: four times what the richest built-in scene can ask for within one step
+MOST_PROGRAMS = 512  # kept at once: twice what two views of the richest scene can ask for within one step
 _TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")
 _PREFIXES = ("in_", "prev_", "out_")
 
@@ -50,17 +50,12 @@ class Programs:
         self._files = load_glsl(root)
         self._compiled: dict[Key, Compiled] = {}  # the least recently used first
         self._asked: dict[Key, Key] = {}  # with all the defines it was asked for by -> with those that it mentions
-        self.edition = 0  # grows when the files are read again
+        self.losses = 0  # grows when programs go: what was found ready until then may no longer be
         self.builds = 0  # compiled so far
         self.first_runs = 0  # of programs on textures of new formats, so far
 
     def __len__(self) -> int:
         return len(self._compiled)
-
-    @property
-    def keys(self) -> frozenset[Key]:
-        """Of all that are compiled now."""
-        return frozenset(self._compiled)
 
     def key(self, shader: str, defines: Iterable[tuple[str, int]], outputs: tuple[str, ...] = ()) -> Key:
         """What tells this program from others."""
@@ -79,6 +74,10 @@ class Programs:
         while len(self._compiled) > self._most:
             self._drop(next(iter(self._compiled)))
         return compiled
+
+    def holds(self, shader: str) -> bool:
+        """Whether a program without defines is compiled."""
+        return self.key(shader, ()) in self._compiled
 
     def has_run(self, key: Key, formats: Formats) -> bool:
         """Whether a program is ready to run on textures of these formats without compiling anything. Asking counts as a
@@ -117,7 +116,7 @@ class Programs:
             if id(compiled) not in kept:
                 compiled.program.release()
         self._files, self._asked, self._compiled = files, asked, found
-        self.edition += 1
+        self.losses += 1
         return None
 
     def release(self) -> None:
@@ -128,6 +127,7 @@ class Programs:
 
     def _drop(self, key: Key) -> None:
         self._compiled.pop(key).program.release()
+        self.losses += 1
         self._asked = {asked: found for asked, found in self._asked.items() if found != key}
 
     def _renewed(self, key: Key, old: Compiled, files: Mapping[str, str], made: list[Compiled]) -> Compiled:

@@ -79,6 +79,14 @@ class Rehearsal:
             scene.update_shadow(self.programs)
         return not missing
 
+    def affords(self, shader: str) -> bool:
+        """Whether a program outside of plans may be used now: it is there, or this turn may compile it."""
+        if not self.patient or self.programs.holds(shader):
+            return True
+        affordable = not self.spent
+        self._left -= affordable
+        return affordable
+
     def release(self) -> None:
         """Free programs and textures."""
         self.programs.release()
@@ -93,8 +101,8 @@ class Rehearsal:
         elif self._targets.size != small:
             self._targets.resize(small)
         self._frame_buffer.write(frame_block(replace(inputs, size=small, rows=(0, small[1]))).tobytes())
-        for name in call.step.fills:
-            self._targets.begin_buffer(name)
+        for name in (*call.step.buffers, *call.step.fills):
+            self._targets.buffer(name).clear()  # else a work list could be of any length
         compiled = prepared(self.programs, call, self._targets, scene, self._frame_buffer)
         try_out(self._ctx, call, compiled, self._targets, scene)
         self._ctx.memory_barrier()

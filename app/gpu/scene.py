@@ -75,6 +75,7 @@ class GpuScene:
         self._in_textures = in_textures(ctx) if textures is None else textures
         self._records: dict[str, Records] = {}
         self._tree_build: Background[_Tree] | None = None
+        self._no_tree: UserError | None = None  # why there will never be one
         vertices = pack_vertices(triangles)
         try:
             self._upload(
@@ -131,39 +132,40 @@ class GpuScene:
 
     @property
     def tree_progress(self) -> tuple[str, float] | None:
-        """What the thread that makes the tree is doing, and which part is done; None if it has not been asked for, or
-        is there.
-        """
-        return self._tree_build.progress if self._tree_build and not self.has_tree else None
+        """What the thread that makes the tree is doing, and which part is done; None where none does."""
+        return self._tree_build.progress if self._tree_build else None
 
     def ensure_bvh(self, progress: Progress | None = None) -> None:
         """Make the records that rays read exist (glsl/rays/traverse.glsl); the first call builds or loads the tree."""
-        if self.has_tree:
-            return
         if self._tree_build:
             self._tree_build.wait(progress)
-            self.request_tree()
-        else:
+        elif not (self.has_tree or self._no_tree):
             self._take_tree(self._made_tree(progress))
+        self.request_tree()
 
     def request_tree(self) -> bool:
         """The same without waiting: the first call lets a thread begin. True once rays can be traced; raises UserError
         if they never can.
         """
+        if self._no_tree:
+            raise self._no_tree
         if self.has_tree:
             return True
         if self._tree_build is None:
-            self._tree_build = Background(self._made_tree)
-        if not self._tree_build.done:
-            return False
+            self._tree_build = Background("Preparing rays", self._made_tree)
+        return self._tree_build.done and self._finish_tree(self._tree_build)
+
+    def _finish_tree(self, build: Background[_Tree]) -> bool:
+        """Take what the thread made; raises UserError, now and whenever it is asked for again, if it made none."""
+        self._tree_build = None
         try:
-            tree = self._tree_build.result()
-        except UserError:
+            self._take_tree(build.result())
+        except UserError as error:
+            self._no_tree = error
             raise
         except Exception as error:  # of a thread, which cannot end the program
-            raise UserError(f"no rays here, since their tree could not be built ({error})") from error
-        self._take_tree(tree)
-        self._tree_build = None
+            self._no_tree = UserError(f"no rays here, since their tree could not be built ({error})")
+            raise self._no_tree from error
         return True
 
     def _made_tree(self, progress: Progress | None) -> _Tree:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from ..data import data_dir
@@ -120,7 +121,7 @@ def canonical(key: Key, files: Mapping[str, str]) -> Key:
     for name in _included(stages_of(shader), files):
         if name not in files:
             return key  # unknown what it would mention; `assemble` complains of it
-        words.update(_WORD.findall(files[name]))
+        words |= _words(files[name])
     return shader, tuple(define for define in defines if define[0] in words), outputs
 
 
@@ -128,8 +129,17 @@ def _included(entries: tuple[str, ...], files: Mapping[str, str]) -> set[str]:
     """The names of some files and of all that they include, there or not."""
     seen, waiting = set(entries), list(entries)
     while waiting:
-        asked = (match[1] for match in map(_INCLUDE.match, files.get(waiting.pop(), "").splitlines()) if match)
-        fresh = set(asked) - seen
+        fresh = _includes(files.get(waiting.pop(), "")) - seen
         seen |= fresh
         waiting += fresh
     return seen
+
+
+@lru_cache(maxsize=512)  # texts: a few times as many as there are files, for those that are being edited
+def _words(text: str) -> frozenset[str]:
+    return frozenset(_WORD.findall(text))
+
+
+@lru_cache(maxsize=512)
+def _includes(text: str) -> frozenset[str]:
+    return frozenset(match[1] for match in map(_INCLUDE.match, text.splitlines()) if match)

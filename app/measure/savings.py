@@ -12,7 +12,7 @@ import numpy as np
 from ..camera import Moment
 from ..gpu.context import Context
 from ..renderer import Renderer
-from ..settings import Lens, Settings, put
+from ..settings import Settings, opened
 
 ROUNDS = 3  # the two frames are timed in turn: what else the machine does then meets both
 WARM_UP = 2  # frames of a round that are not timed: a plan's first allocates its targets
@@ -63,13 +63,12 @@ def measuring(
     times: dict[bool, dict[str, list[float]]] = {False: {}, True: {}}
     reasons: dict[str, str] = {}
     turns = [every_effect for _ in range(rounds) for every_effect in (True, False)]
-    opened = settings if settings.lens.aperture else put(settings, "lens.aperture", Lens().aperture)
     try:
         profiler.enabled = True
         for turn, every_effect in enumerate(turns):
             renderer.every_effect = every_effect
             renderer.reset()
-            looks = opened if every_effect else settings
+            looks = opened(settings) if every_effect else settings
             for frame in range(WARM_UP + FRAMES):
                 while not renderer.ready(view, moment.camera, looks, time_s=moment.time_s):
                     yield turn / len(turns)

@@ -31,7 +31,7 @@ from .stage import Stage
 from .state import State
 from .status import StatusLog
 from .surveyor import UI_S, Surveyor
-from .telling import telling, title
+from .telling import readiness, telling, title
 from .warmup import WarmUp
 
 SETTLE_S = (
@@ -110,6 +110,7 @@ class Window:
         self._size, self._wanted_size, self._size_since = (0, 0), (0, 0), 0.0
         self._last_ui = self._last_step = time.perf_counter()
         self._last_progress = 0.0
+        self._frames = 0
         self._outdated = False  # what the panel tells is no longer so
         self._good_view = look.view
         desktop.listen(self._events)
@@ -146,7 +147,7 @@ class Window:
             state.pass_time(now - self._last_step)
         self._last_step = now
         self._settle_size(now)
-        self._stage.rehearsal.begin_turn()
+        self._stage.begin_turn()
         advising = self._requests.advance()
         changed, converging = self._stage.pending(state.look, state.camera, self._size, state.time_s)
         if not changed and not advising and self._surveyor.turn(self._size, now, converging):
@@ -213,6 +214,7 @@ class Window:
         self._imgui.render(imgui.get_draw_data())
         self._desktop.set_title(title(self._state.look, self._stage))
         self._desktop.set_cursor("size_left_right" if self._events.on_bar else CURSORS.get(imgui.get_mouse_cursor()))
+        self._frames += 1
         self._log()
         self._desktop.swap()
 
@@ -250,19 +252,10 @@ class Window:
 
     def _log(self) -> None:
         """Note what is about to be shown; events that arrive with the swap belong to the next frame."""
-        costs = self._stage.costs()
-        own = {
-            "scene": self._stage.name,
-            "size": list(self._size),
-            "window": list(self._desktop.size),
-            "drawn": bool(costs),
-            "resting": not self._stage.preparing and all(cost.samples >= cost.limit for cost in costs),
-            "preparing": self._stage.preparing,
-            "warm": self._warm_up.done,
-            "programs": len(self._stage.rehearsal.programs),
-        }
-        entry = {**own, **self._state.log_entry(), **self._surveyor.log_entry(self._panel.cost.places)}
-        self._status.write(entry, self._state.say)
+        own = {"frame": self._frames, "size": list(self._size), "window": list(self._desktop.size)}
+        of_stage = readiness(self._stage, self._warm_up)
+        measured = self._surveyor.log_entry(self._panel.cost.places)
+        self._status.write({**own, **of_stage, **self._state.log_entry(), **measured}, self._state.say)
 
     def _fit_window(self, size: tuple[int, int]) -> None:
         """Make the picture, not the window, as large as asked for: a remembered panel may be wider than the first."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -17,8 +17,16 @@ from ..settings import Settings
 
 REST_STILL = 256  # frames of a still picture until it rests: the jitter's mean has long converged below 8 bits
 REST_TRACED = 1 << 16  # lens samples per pixel until a running mean rests: noise 1/256 of one sample's
-STAND_INS = ("post", "sharp")  # for a view whose programs or tree are not ready, after what was drawn last
-Choice = tuple[str, Settings]
+LEAST = "sharp"  # the view with the fewest programs
+STAND_INS = ("post", LEAST)  # for a view whose programs or tree are not ready, after what was drawn last
+
+
+class Choice(NamedTuple):
+    """What a side may draw."""
+
+    view: str
+    settings: Settings
+    cut: bool = False  # afresh: without history, and so without motion
 
 
 @dataclass
@@ -66,12 +74,13 @@ class Side:
             self.texture = None  # it is gone
 
     def stand_in(self, settings: Settings, camera: Camera, **options: Any) -> Choice | None:
-        """The nearest to a picture under `settings` that can be drawn at once, or None. `options` as of
-        Renderer.ready.
+        """The nearest to a picture under `settings` that can be drawn at once, or None: what was drawn last, if need be
+        afresh, which takes no programs for motion. `options` as of Renderer.ready.
         """
-        last = ((self.view, self.settings),) if self.settings else ()
-        for view, under in (*last, *((name, settings) for name in STAND_INS)):
+        last = [Choice(self.view, self.settings, cut) for cut in (False, True)] if self.settings else []
+        others = [Choice(name, settings) for name in STAND_INS]
+        for choice in (*last, *others):
             with suppress(UserError):  # what the scene has no use for
-                if self.renderer.ready(view, camera, under, **options):
-                    return view, under
+                if self.renderer.ready(choice.view, camera, choice.settings, cut=choice.cut, **options):
+                    return choice
         return None

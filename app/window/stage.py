@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,7 +25,7 @@ from ..scene.facts import Facts, frame_facts
 from ..scene.model import Scene
 from ..session import load_gpu_scene, viewpoints
 from ..settings import Settings
-from .side import Choice, Side
+from .side import LEAST, Choice, Side
 
 Size = tuple[int, int]
 Progress = Callable[[str, float], None]
@@ -52,6 +53,7 @@ class Stage:
     rehearsal: Rehearsal = field(init=False)
     idle: bool = False  # of the last `draw`: there was nothing it could do yet
     _gpu_scene: GpuScene | None = None
+    _builds: int = 0  # when the turn began
     _compiling: float | None = None  # the part that is ready of what is waited for
 
     def __post_init__(self) -> None:
@@ -127,9 +129,27 @@ class Stage:
         return None if self._compiling is None else tree or ("compiling shaders", self._compiling)
 
     @property
+    def traces(self) -> bool:
+        """Whether the scene has a tree for rays."""
+        return self._gpu_scene is not None and self._gpu_scene.has_tree
+
+    @property
     def building(self) -> bool:
         """Whether a thread makes the scene's tree."""
         return self._gpu_scene is not None and self._gpu_scene.tree_progress is not None
+
+    def begin_turn(self) -> None:
+        """Grant what a turn may make ready, and take the tree that a thread has finished, whoever asked for it."""
+        self.rehearsal.begin_turn()
+        self._builds = self.rehearsal.programs.builds
+        if self._gpu_scene and self.building:
+            with suppress(UserError):  # told when somebody asks for it again
+                self._gpu_scene.request_tree()
+
+    @property
+    def compiled(self) -> int:
+        """Programs since the turn began."""
+        return self.rehearsal.programs.builds - self._builds
 
     @property
     def held_up(self) -> bool:
@@ -143,30 +163,36 @@ class Stage:
         self._compiling, self.idle = None, True
         for side, view in zip(self.sides, views, strict=True):
             side.resize(size)
-            shown = self._choice(side, (view, look.settings), camera, time_s)
+            shown = self._choice(side, Choice(view, look.settings), camera, time_s)
             if shown is None:
                 continue
-            key = (*shown, camera, size, time_s)
+            key = (shown.view, shown.settings, camera, size, time_s)
             if side.drawn == key and side.samples >= side.limit:
                 continue
             self.idle = False
             side.renderer.profiler.enabled = look.panel
             side.renderer.health.watched = "in turn" if look.panel else "nothing"
-            side.texture = side.renderer.draw(shown[0], camera, shown[1], time_s=time_s, time_budget_ms=self._budget_ms)
+            side.texture = side.renderer.draw(
+                shown.view, camera, shown.settings, time_s=time_s, cut=shown.cut, time_budget_ms=self._budget_ms
+            )
             side.still = side.still + 1 if side.drawn == key else 1
-            side.drawn, (side.view, side.settings) = key, shown
+            side.drawn, side.view, side.settings = key, shown.view, shown.settings
         self.idle = self.idle and not (self.rehearsal.patient and self.rehearsal.spent)
 
     def _choice(self, side: Side, wanted: Choice, camera: Camera, time_s: float) -> Choice | None:
-        """What a side draws now: what is wanted, or what is ready and nearest to it, or nothing."""
-        key = (*wanted, camera, side.renderer.size, time_s)
-        options = {"time_s": time_s, "time_budget_ms": self._budget_ms}
+        """What a side draws now: what is wanted, or what is ready and nearest to it, or nothing. Where nothing has been
+        drawn, the programs of what takes least come first.
+        """
+        key = (wanted.view, wanted.settings, camera, side.renderer.size, time_s)
+        options: dict[str, Any] = {"time_s": time_s, "time_budget_ms": self._budget_ms}
         if side.drawn == key and side.samples >= side.limit:
             return wanted
-        if side.renderer.ready(wanted[0], camera, wanted[1], **options):
+        if not side.view:
+            side.renderer.ready(LEAST, camera, wanted.settings, **options)
+        if side.renderer.ready(wanted.view, camera, wanted.settings, **options):
             return wanted
         self._compiling = self.rehearsal.part
-        return side.stand_in(wanted[1], camera, **options)
+        return side.stand_in(wanted.settings, camera, **options)
 
     @property
     def _budget_ms(self) -> float:

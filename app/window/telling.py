@@ -1,9 +1,10 @@
-"""What the panel and the title tell of the window's parts."""
+"""What the panel, the title and the status log tell of the window's parts."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..panel.model import Look, Shown
 from .ledger import Ledger
@@ -46,3 +47,18 @@ def title(look: Look, stage: Stage) -> str:
         what, part = stage.preparing
         views += f" ({what.lower()}, {100.0 * part:.0f} %)"
     return f"{views} - {name} - hybrid-dof" if name else "loading - hybrid-dof"
+
+
+def readiness(stage: Stage, warm_up: WarmUp) -> dict[str, Any]:
+    """For the status log: the scene, whether its picture is there and at rest, and what was compiled for it."""
+    costs = stage.costs()
+    return {
+        "scene": stage.name,
+        "drawn": bool(costs),
+        "resting": not stage.preparing and all(cost.samples >= cost.limit for cost in costs),
+        "preparing": stage.preparing,
+        "tree": stage.traces,
+        "warm": warm_up.done,
+        "programs": len(stage.rehearsal.programs),
+        "compiled": stage.compiled,
+    }

@@ -41,8 +41,9 @@ class WarmUp:
 
     def turn(self) -> None:
         """Compile one program, or look for one for a moment."""
+        self._take_aim()
         begin = time.perf_counter()
-        while not (self.done or self._stage.rehearsal.spent) and time.perf_counter() - begin < LOOK_S:
+        while not (self._done or self._stage.rehearsal.spent) and time.perf_counter() - begin < LOOK_S:
             call = next(self._calls, None)
             self._done = call is None
             if call and self._prepare(call):
@@ -59,11 +60,11 @@ class WarmUp:
         if stage.gpu_scene is None:
             return
         views = (look.view, look.other) if look.compare else (look.view,)
-        facts = of_its_class(stage.facts(look.settings, self._state.camera))
-        aim = views, look.settings, facts, stage.edition, stage.gpu_scene.has_tree
+        settings, facts = of_its_class(look.settings, stage.facts(look.settings, self._state.camera))
+        aim = views, settings, facts, stage.edition, stage.gpu_scene.has_tree
         if aim != self._aim:
             self._aim, self._done = aim, False
-            self._calls = chain.from_iterable(within_one_step(view, look.settings, facts) for view in views)
+            self._calls = chain.from_iterable(within_one_step(view, settings, facts) for view in views)
             self._ready.clear()
             self._later.clear()
 

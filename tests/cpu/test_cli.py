@@ -273,3 +273,17 @@ def test_an_option_wins_over_the_camera_file(capsys: pytest.CaptureFixture[str],
     assert "aperture 0.03 m, focus 2.5 m" in capsys.readouterr().out.splitlines()[0]
     assert main(["plan", "still-life", "--camera", str(file), "--lens.aperture", "0.01"]) == 0
     assert "aperture 0.01 m, focus 2.5 m" in capsys.readouterr().out.splitlines()[0]
+
+
+def test_plan_lists_the_programs_of_a_frame_and_of_the_next_step(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(("plan", "toy-train", "--view", "sharp", "--programs")) == 0
+    lines = capsys.readouterr().out.splitlines()
+    head = next(k for k, line in enumerate(lines) if line.startswith("shader programs: "))
+    now, next_step = map(int, re.findall(r"(\d+) (?:in this frame|within one step)", lines[head]))
+    rows = [line.split() for line in lines[head + 1 : next(k for k in range(head, len(lines)) if "memory" in lines[k])]]
+    assert now == sum(int(row[1]) for row in rows) > 0
+    assert next_step == sum(int(row[2]) for row in rows) > now
+    assert {row[0] for row in rows if int(row[1])} == {
+        "raster/gbuffer", "raster/motion.comp", "raster/lighting.comp", "output/resolve.comp", "output/display.comp",
+    }  # fmt: skip
+    assert "rays/trace.comp" in {row[0] for row in rows}

@@ -63,7 +63,7 @@ def test_an_output_that_nothing_writes_says_why() -> None:
         planned("x", step("a", writes=("x",), needed=idle("the aperture is closed")))
     with pytest.raises(UserError, match="no target"):
         planned("nonsense", A)
-    with pytest.raises(UserError, match="has none"):
+    with pytest.raises(UserError, match="calls for none"):
         planned("e", step("a", writes=("x",), writes_if=(("e", lambda s, f: f.emissive),)))
 
 

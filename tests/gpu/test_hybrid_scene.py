@@ -27,7 +27,7 @@ FRAMES = 16
 
 
 def settings(aperture: float = 0.15, focus: float = FAR_M) -> Settings:
-    result = put(Settings(), "shading.mode", ShadingMode.UNLIT)
+    result = put(put(Settings(), "shading.mode", ShadingMode.UNLIT), "mask.settle", False)
     return put(put(result, "lens.aperture", aperture), "lens.focus_distance", focus)
 
 

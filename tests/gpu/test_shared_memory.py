@@ -59,7 +59,12 @@ def renderer_of(stage: Stage, share: bool = True, kind: type[Renderer] = Rendere
 
 
 def varied(stage: Stage, name: str) -> Settings:
-    return from_dict(VARIATIONS[name], stage.settings)
+    return from_dict(VARIATIONS[name], wide(stage))
+
+
+def wide(stage: Stage) -> Settings:
+    """So that so small a picture has blur that calls for rays."""
+    return put(stage.settings, "lens.aperture", 0.3)
 
 
 def frames(camera: Camera, step: int) -> Iterator[tuple[Camera, float]]:
@@ -202,7 +207,7 @@ def test_a_target_that_was_overwritten_is_not_read_as_another(ctx: moderngl.Cont
     alone, sharing = renderer_of(stage, share=False), renderer_of(stage)
     for renderer in (alone, sharing):
         for _ in range(2):
-            renderer.draw("hybrid", stage.camera, stage.settings)
+            renderer.draw("hybrid", stage.camera, wide(stage))
     gone = set()
     for name in sharing.plan.targets:
         try:
