@@ -32,11 +32,13 @@ DEEDS = {
     *("load_another_scene", "reload", "cut", "pictures", "slices with the map", "slices of the survey"),
 }
 # Growth of process memory from one lap to the next [MiB]: laps differ by what the clock decides (how many slices fit),
-# and the allocator keeps what is split; 0.1 to 0.7 were measured. In the long form that is 0.8 kB a frame, less than
-# any picture, plan or list of passes: what is left on the GPU is counted to the last object. The short flight reads no
-# edited shader that compiles: while llvmpipe makes all of its code anew, its memory goes up and down by 16.
+# and the allocator keeps what is split; 0.1 to 0.7 were measured. What is left on the GPU is counted one by one.
 GROWTH_MIB = 4.0
-CODE_MIB = 2.0  # of a program that only the later lap has, where programs are made ready in advance; measured: 0.9
+# Where programs are compiled again, since their text was edited or since they were not ready when the lap before ended,
+# llvmpipe's memory goes up and down with its code: of a program it keeps 0.9, and of all together it was never further
+# from one lap to the next than 24 (481, 506, 496, 499 after laps of 5000 frames and 5681 programs each). The long form
+# therefore sees whatever grows by 7 kB a frame, or by 6 kB a program: less than a picture, or a shader's text.
+CODE_MIB, ALL_CODE_MIB = 2.0, 32.0
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,12 @@ class Kept:
     objects: Counter[str]  # on the GPU, without programs
     programs: int  # kept on purpose
     left: int  # and those that are not
+    compiled: int  # in this lap, without those that could not be
     memory_mib: float
+
+    def growth_allowed_mib(self) -> float:
+        """Of memory, since the lap before."""
+        return GROWTH_MIB + min(CODE_MIB * self.compiled, ALL_CODE_MIB)
 
 
 @pytest.fixture
@@ -91,15 +98,19 @@ def memory_mib() -> float:
 
 def lap(flight: Flight, seed: int, frames: int) -> Kept:
     """Fly from home and back."""
+    kept = flight.stage.rehearsal.programs
+    builds, broken = kept.builds, flight.broken
     flight.begin(seed)
     for number in range(frames):
         flight.frame()
         assert flight.ctx.error == "GL_NO_ERROR", f"frame {number}"
     assert set(flight.done) >= DEEDS, "a shorter flight than it should be"
     flight.home()
-    objects, programs = live_objects(flight.ctx), len(flight.stage.rehearsal.programs)
-    assert programs <= MOST_PROGRAMS
-    return Kept(objects, programs, objects.pop("Program") - programs, memory_mib())
+    assert len(kept) <= MOST_PROGRAMS
+    objects = live_objects(flight.ctx)
+    left = objects.pop("Program") - len(kept)
+    compiled = kept.builds - builds - (flight.broken - broken)
+    return Kept(objects, len(kept), left, compiled, memory_mib())
 
 
 def test_the_same_flight_again_takes_nothing_more(
@@ -110,7 +121,7 @@ def test_the_same_flight_again_takes_nothing_more(
     flight = Flight(ctx, folder, haste)
     first, second = (lap(flight, seed, frames) for _ in range(2))
     assert (second.objects, second.programs) == (first.objects, first.programs)
-    assert second.memory_mib - first.memory_mib < GROWTH_MIB
+    assert second.memory_mib - first.memory_mib < second.growth_allowed_mib()
     assert "stand-ins" not in flight.done
 
     rehearsal = flight.stage.rehearsal
@@ -120,8 +131,7 @@ def test_the_same_flight_again_takes_nothing_more(
     assert flight.done["stand-ins"]
     fourth = lap(flight, seed, frames)
     assert third.objects == fourth.objects == first.objects
-    more = max(fourth.programs - third.programs, 0)
-    assert fourth.memory_mib - third.memory_mib < GROWTH_MIB + CODE_MIB * more
+    assert fourth.memory_mib - third.memory_mib < fourth.growth_allowed_mib()
 
     # moderngl leaves an empty program behind where one does not compile
     assert fourth.left - begin["Program"] <= flight.broken

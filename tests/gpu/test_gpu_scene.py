@@ -20,12 +20,13 @@ from app.gpu.programs import Programs
 from app.gpu.scene import GpuScene
 from app.gpu.shaders import assemble, load_glsl
 from app.gpu.shadow import sun_view_projection
-from app.gpu.textures import CLASS_SIZES, NO_TEXTURE, Place, color_layer, size_class, slot_bits
+from app.gpu.textures import CLASS_SIZES, NO_TEXTURE, Place, SceneTextures, color_layer, size_class, slot_bits
 from app.scene.flatten import flatten
 from app.scene.geometry import face_cross
 from app.scene.model import Image, Light, Material, TextureSlot
 from app.tone import srgb_decode
 
+from .live_objects import live_objects
 from .small_scenes import checker, moving, quad, scene_of
 
 FLOOR = quad((-1, 0, 1), (2, 0, 0), (0, 0, -2))
@@ -163,6 +164,23 @@ def test_records_above_the_devices_limit_are_refused(ctx, textures: bool) -> Non
 
     with pytest.raises(UserError, match=r"vertices need .* in one block, but this device allows"):
         GpuScene(Small(), scene, flatten(scene), None, textures)  # type: ignore[arg-type]
+
+
+def test_more_images_than_layers_are_refused_and_leave_nothing(ctx) -> None:
+    class Few:
+        """A device with two layers."""
+
+        info: ClassVar = {**ctx.info, "GL_MAX_ARRAY_TEXTURE_LAYERS": 2}
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(ctx, name)
+
+    before = live_objects(ctx)
+    images = tuple(checker(4, 0, 255) for _ in range(3))
+    SceneTextures(Few(), images[:2], True).release()  # type: ignore[arg-type]
+    with pytest.raises(UserError, match="3 images of similar size, but the device allows 2"):
+        SceneTextures(Few(), images, True)  # type: ignore[arg-type]
+    assert live_objects(ctx) == before
 
 
 def test_rays_get_their_blocks_on_demand(ctx) -> None:
