@@ -220,8 +220,8 @@ def test_a_target_that_was_overwritten_is_not_read_as_another(ctx: moderngl.Cont
         sharing.read("base_color")
     assert {"base_color", "half_color", "mask_guide", "trace_near"} <= gone
     assert not gone & {"display", "resolved", "depth", "near_layer", "ray_count"}
-    sharing.draw("trace_near", stage.camera, stage.settings)
-    alone.draw("trace_near", stage.camera, stage.settings)
+    sharing.draw("trace_near", stage.camera, wide(stage))
+    alone.draw("trace_near", stage.camera, wide(stage))
     assert sharing.read("trace_near").tobytes() == alone.read("trace_near").tobytes(), "a view keeps its target"
     for renderer in (alone, sharing):
         renderer.release()

@@ -324,7 +324,7 @@ def test_every_part_of_every_view_can_be_tried_out(ctx: moderngl.Context, monkey
                     turns += 1
                 assert turns <= 2, "one for the program, one for the first of them with shadows"
                 assert ctx.error == "GL_NO_ERROR", call.step.name
-                parts.add((call.step.name, call.step.kernels))
+                parts.add((call.step.name, call.kernels))
             assert not rehearsal.missing(calls, scene)
     assert {name for name, _ in parts} >= {"gather", "post", "trace", "scout", "gradient", "traced", "motion"}
     assert len([1 for name, _ in parts if name == "gather"]) == 5
