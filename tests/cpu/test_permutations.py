@@ -45,7 +45,7 @@ STARTS: tuple[tuple[str, Settings, Facts], ...] = (
     ("hybrid", put(Settings(), "lens.aperture", 0.0), PINHOLE),
     ("post", from_dict(CHANGED), RICH),
     ("traced", from_dict(CHANGED), PLAIN),
-    ("near_blur", Settings(), replace(PLAIN, near_coc_px=1.5)),
+    ("near_blur", Settings(), replace(PLAIN, near_coc_px=3.0)),
 )
 SHOWABLE = (*VIEWS, *(t for t in TARGETS if t not in VIEWS and t not in ("display", "resolved")))
 EDGES_PX = (0.0, IN_FOCUS_COC_PX, RAYS_BEGIN_PX)
@@ -175,7 +175,7 @@ def test_the_programs_of_a_step_are_few(scene: str) -> None:
     box = bounds(triangles)
     viewpoint = viewpoints(model, box)[0]
     settings = focused(Settings(), viewpoint)
-    facts = frame_facts(scene_facts(model, *box), viewpoint.camera, settings.lens, 720, near_plane(*box))
+    facts = frame_facts(scene_facts(model, *box), viewpoint.camera, settings.lens, (1280, 720), near_plane(*box))
     check_few(settings, facts, ("post", "hybrid"))
 
 
