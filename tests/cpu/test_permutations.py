@@ -100,7 +100,7 @@ def steps(draw: st.DrawFn) -> tuple[int, str, Settings, Facts]:
         settings = put(settings, path, other_value(draw, leaf, value))
         if settings.lens.aperture == 0.0:
             facts = replace(facts, near_coc_px=0.0, far_coc_px=0.0)
-        elif path.startswith("lens."):
+        elif path in ("lens.aperture", "lens.focus_distance"):  # which the circles of confusion depend on
             facts = replace(facts, near_coc_px=draw(coc), far_coc_px=draw(coc))
     facts = replace(
         facts,
