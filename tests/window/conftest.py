@@ -137,7 +137,15 @@ class Driver:
 
 
 @pytest.fixture(scope="module")
-def window(display: str, scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
-    """One window that the tests of a module share; each sets what it needs."""
+def shared_window(display: str, scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
+    """One window that the tests of a module share."""
     with Driver(display, tmp_path_factory.mktemp("window"), str(scene), "--view", "sharp") as driver:
         yield driver
+
+
+@pytest.fixture
+def window(shared_window: Driver) -> Driver:
+    """The same, with the keyboard, which another window may have had meanwhile. Each test sets what else it needs."""
+    if shared_window.process.poll() is None:
+        shared_window.do("windowfocus", "--sync", shared_window.window)
+    return shared_window
