@@ -77,8 +77,7 @@ def _frame_lines(scene: Any, triangles: Any) -> list[str]:
     """What a frame of each view takes, seen by the first camera, still and in motion."""
     from .frame.memory import frame_memory, mib
     from .frame.pipeline import VIEWS, frame_plan
-    from .scene.boxes import scene_boxes
-    from .scene.facts import frame_facts, near_plane, scene_facts
+    from .scene.facts import facts_of, frame_facts, near_plane
     from .scene.flatten import bounds
     from .session import focused, viewpoints
     from .settings import Settings
@@ -86,7 +85,7 @@ def _frame_lines(scene: Any, triangles: Any) -> list[str]:
     box = bounds(triangles)
     viewpoint = viewpoints(scene, box)[0]
     settings, near = focused(Settings(), viewpoint), near_plane(*box)
-    of_scene = scene_facts(scene, *box, scene_boxes(triangles, scene.materials))
+    of_scene = facts_of(scene, triangles)
 
     def taken(view: str, moves: bool) -> str:
         facts = frame_facts(of_scene, viewpoint.camera, settings.lens, FRAME_SIZE, near, camera_moved=moves)

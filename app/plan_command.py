@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from . import commands
@@ -36,15 +37,14 @@ def plan(options: argparse.Namespace) -> int:
     """Say what would run, what would not, and why, and what it takes in memory. Needs a GPU only to measure."""
     from .frame.memory import memory_lines
     from .frame.pipeline import frame_plan
-    from .scene.boxes import scene_boxes
-    from .scene.facts import frame_facts, near_plane, scene_facts
+    from .scene.facts import facts_of, frame_facts, near_plane
     from .scene.flatten import bounds
     from .session import open_scene
 
     scene, triangles = open_scene(options.scene, commands.show_progress)
     box = bounds(triangles)
     viewpoint, settings = commands.start_of(options, scene, box, commands.given_settings(options))
-    of_scene = scene_facts(scene, *box, scene_boxes(triangles, scene.materials))
+    of_scene = facts_of(scene, triangles)
     facts = frame_facts(
         of_scene,
         viewpoint.camera,
@@ -99,6 +99,7 @@ def _measured(options: argparse.Namespace, scene: Any, triangles: Any, viewpoint
     from .camera import Moment
     from .gpu.context import device_name, headless_context
     from .measure.savings import measuring
+    from .measure.steps import driven
     from .renderer import Renderer
     from .session import on_gpu
 
@@ -108,10 +109,8 @@ def _measured(options: argparse.Namespace, scene: Any, triangles: Any, viewpoint
     renderer.progress_callback = commands.show_progress
     steps = measuring(ctx, renderer, options.view, Moment(viewpoint.camera, 0.0), settings)
     try:
-        while True:
-            commands.show_progress("measuring", next(steps))
-    except StopIteration as end:
-        return [*cost_lines(end.value), f"on {device_name(ctx)}, {renderer.profiler.source}"]
+        costs = driven(steps, partial(commands.show_progress, "measuring"))
+        return [*cost_lines(costs), f"on {device_name(ctx)}, {renderer.profiler.source}"]
     finally:
         renderer.release()
         gpu_scene.release()
@@ -123,7 +122,7 @@ def cost_lines(costs: Costs) -> list[str]:
     for cost in costs.passes:
         state, figure = ("runs", f"      {cost.ms:8.2f} ms") if cost.ms is not None else ("skips", " " * 17)
         if cost.ms is None and cost.full_ms is not None:
-            figure = f"saves {cost.full_ms:8.2f} ms"
+            figure = f"saves {cost.saved_ms:8.2f} ms"
         lines.append(f"{state:<7}{cost.name:<{NAME_WIDTH}}{figure}   {cost.reason}")
     saved = 100.0 * (1.0 - costs.ms / costs.full_ms) if costs.full_ms else 0.0
     return [*lines, f"{costs.ms:.2f} ms; with every effect on {costs.full_ms:.2f} ms: {saved:.0f} % saved"]

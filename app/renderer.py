@@ -91,7 +91,7 @@ class Renderer:
         rows = self._past.rows(plan, self.size[1], settings.rays.samples_per_frame, time_budget_ms)
         inputs = self._inputs(view, now, previous, settings, rows, self._past.frames)
         self.scene.place(now.time_s, previous.time_s)
-        if any(dict(call.defines).get("SHADOWS") for call in plan.calls):
+        if any(call.shadowed for call in plan.calls):
             self.scene.update_shadow(self._rehearsal.programs)
         self._frame_buffer.write(frame_block(inputs).tobytes())
         self.health.begin_frame(plan)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .lifetimes import Format, Slot, format_of, lifetimes, own_slots, shared_slots
+from .lifetimes import Format, Slot, lifetimes, own_slots, shared_slots
 from .pipeline import read_after
 from .records import Buffer, FramePlan, Target
 from .targets import BUFFERS
@@ -99,11 +99,6 @@ def format_bytes(format: Format, size: Size) -> int:
     """Bytes of one texture at a full resolution."""
     width, height = texels(format, size)
     return width * height * format.components * _BYTES[format.dtype]
-
-
-def texture_bytes(target: Target, size: Size) -> int:
-    """Bytes of one texture of a target at a full resolution, without its history."""
-    return format_bytes(format_of(target), size)
 
 
 def buffer_bytes(buffer: Buffer, size: Size) -> int:

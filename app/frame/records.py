@@ -135,6 +135,11 @@ class Call:
         return tuple(replace(self, kernels=(kernel,)) for kernel in self.kernels)
 
     @property
+    def shadowed(self) -> bool:
+        """Whether it reads the sun's shadow map."""
+        return bool(dict(self.defines).get("SHADOWS"))
+
+    @property
     def counts(self) -> tuple[str, int] | None:
         """Where an indirect part finds its group counts: block and byte offset."""
         if self.step.indirect is None:

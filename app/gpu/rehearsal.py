@@ -72,7 +72,7 @@ class Rehearsal:
             self._try(possible[0], scene, inputs)
             missing.remove(possible[0])
         self.part = 1.0 - len(missing) / max(len(calls), 1)
-        if not missing and _shadowed(calls) and scene.sun and not scene.shadow.renders:
+        if not missing and any(call.shadowed for call in calls) and scene.sun and not scene.shadow.renders:
             if self.spent:
                 return False
             self._left -= 1
@@ -107,10 +107,6 @@ class Rehearsal:
         try_out(self._ctx, call, compiled, self._targets, scene)
         self._ctx.memory_barrier()
         self._ctx.finish()
-
-
-def _shadowed(calls: Iterable[Call]) -> bool:
-    return any(dict(call.defines).get("SHADOWS") for call in calls)
 
 
 def like(size: Size) -> Size:

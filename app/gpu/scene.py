@@ -15,9 +15,7 @@ from ..bvh.background import Background
 from ..bvh.build import Bvh
 from ..bvh.pack import pack_triangle_positions, pack_triangles, stack_entries
 from ..errors import UserError
-from ..scene.boxes import scene_boxes
-from ..scene.facts import SceneFacts, near_plane, scene_facts
-from ..scene.flatten import bounds
+from ..scene.facts import SceneFacts, facts_of, near_plane
 from ..scene.model import Environment, Light, Scene, Triangles
 from .arrays import draw_order, material_words, oriented, pack_lights, pack_materials, pack_vertices
 from .objects import GpuObjects
@@ -68,7 +66,7 @@ class GpuScene:
         if triangles.moving and not ctx.info.get("GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS"):  # OpenGL 4.3 grants none
             raise UserError("this device cannot place moving objects: choose a scene in which nothing moves")
         self._triangles = triangles = oriented(triangles)
-        self.facts: SceneFacts = scene_facts(scene, *bounds(triangles), scene_boxes(triangles, scene.materials))
+        self.facts: SceneFacts = facts_of(scene, triangles)
         self.near_plane = near_plane(self.facts.low, self.facts.high)
         self.triangle_count = len(triangles.indices)
         self.textures = SceneTextures(ctx, scene.images, self.facts.textured)

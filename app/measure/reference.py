@@ -13,9 +13,9 @@ pixels, which then do not average.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,7 @@ from . import store
 from .metrics import Errors, Mask, measure
 from .regions import region_labels, region_masks
 from .shares import LensShares
+from .steps import driven
 
 VIEWS = ("reference", "traced")
 SEEDS = (1000, 1001)  # one a half; far from the seeds of what is measured
@@ -109,7 +110,8 @@ def reference(
             return kept
         except FAILURES as error:
             notes.append(f"the kept reference {path.name} is unreadable and was drawn again ({error})")
-    drawn = _driven(drawing(renderer, camera, settings, spp, time_s=time_s, view=view), progress)
+    tell = partial(progress, "reference") if progress else None
+    drawn = driven(drawing(renderer, camera, settings, spp, time_s=time_s, view=view), tell)
     try:
         write_arrays(path, halves=drawn.halves, near=drawn.near, far=drawn.far)
         drop_oldest(where, store.SUFFIX, store.SIZE_LIMIT)
@@ -171,17 +173,6 @@ def _begin(renderer: Renderer, shares: LensShares, seed: int) -> None:
     renderer.reset()
     renderer.seed = seed
     shares.restart()
-
-
-def _driven(steps: Iterator[float], progress: Progress | None) -> Reference:
-    """Run a drawing to its end."""
-    while True:
-        try:
-            done = next(steps)
-        except StopIteration as end:
-            return end.value  # type: ignore[no-any-return]
-        if progress:
-            progress("reference", done)
 
 
 def _batches(total: int, batch: int) -> list[int]:

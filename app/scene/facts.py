@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike
 from ..camera import Camera
 from ..optics import SKY_DEPTH, coc_px, coc_scale_px
 from ..settings import Lens
-from .boxes import ALPHA_MASKED, NORMAL_MAPPED, Boxes, single_box
-from .model import F64, Scene
+from .boxes import ALPHA_MASKED, NORMAL_MAPPED, Boxes, scene_boxes, single_box
+from .flatten import bounds
+from .model import F64, Scene, Triangles
 from .sight import sight
 
 MAX_NEAR_PLANE = 0.02  # m: nearer than a hand holds a leaf to a lens; at 10 m a 24-bit depth step is then 0.3 mm
@@ -88,6 +89,11 @@ def scene_facts(scene: Scene, low: F64, high: F64, boxes: Boxes | None = None) -
         objects=any(instance.motion is not None for instance in scene.instances),
         deep=float(np.linalg.norm(np.subtract(high, low))) > DEEP * near_plane(low, high),
     )
+
+
+def facts_of(scene: Scene, triangles: Triangles) -> SceneFacts:
+    """Facts of a scene and what it was baked to, with all that the boxes around it tell."""
+    return scene_facts(scene, *bounds(triangles), scene_boxes(triangles, scene.materials))
 
 
 def near_plane(low: ArrayLike, high: ArrayLike) -> float:

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -42,6 +43,7 @@ class Sight:
     kinds: int  # bits of Boxes.kinds
 
 
+@lru_cache(maxsize=8)  # a frame asks twice, whoever foresees it and whoever draws it; each side of a split screen
 def sight(boxes: Boxes, camera: Camera, lens: Lens, size: tuple[int, int], near_plane: float) -> Sight:
     """What of the boxes a picture of `size` px may show from `near_plane` [m] on."""
     axes, ahead, radius = camera.axes, -camera.axes[2], 0.5 * lens.aperture

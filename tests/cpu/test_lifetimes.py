@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.frame.lifetimes import BEFORE, PICKED, Life, Slot, format_of, lifetimes, own_slots, shared_slots
-from app.frame.memory import frame_memory, frame_slots, memory_lines, mib, texture_bytes
+from app.frame.memory import format_bytes, frame_memory, frame_slots, memory_lines, mib
 from app.frame.pipeline import PASSES, VIEWS, frame_plan, linear_target, read_after
 from app.frame.plan import plan
 from app.frame.records import FramePlan, Pass, Target
@@ -218,7 +218,7 @@ def test_the_figures_add_up() -> None:
     memory = frame_memory(frame, FULL_HD)
     assert memory.targets["lit"] == 1920 * 1080 * 8
     assert memory.targets["near_layer"] == 2 * 960 * 540 * 16
-    assert memory.targets["resolved"] == 2 * texture_bytes(TARGETS["resolved"], FULL_HD)
+    assert memory.targets["resolved"] == 2 * format_bytes(format_of(TARGETS["resolved"]), FULL_HD)
     assert frame_memory(frame_plan("sharp", Settings(), BLURRED), FULL_HD).targets["resolved"] == 1920 * 1080 * 16
     assert memory.blocks["RayWork"] == 16 + 4 * 960 * 540
     lines = memory_lines(frame, FULL_HD)

@@ -16,7 +16,8 @@ import moderngl
 from app.camera import Moment
 from app.frame.records import FramePlan
 from app.gpu.context import device_name, headless_context
-from app.measure.savings import Costs, measuring
+from app.measure.savings import Costs, PassCost, measuring
+from app.measure.steps import driven
 
 from .effects_cases import CASES, PAIRS, Pair, Side, stage_for
 from .fair_time import Shot, clock_name, ratio
@@ -31,12 +32,8 @@ def columns(ctx: moderngl.Context, size: Size) -> Iterator[tuple[str, Costs]]:
     for case in CASES:
         if stage := stage_for(ctx, case.subject):
             stage.renderer.resize(size)
-            steps = measuring(ctx, stage.renderer, "hybrid", Moment(stage.camera, 0.0), case.change(stage))
-            try:
-                while True:
-                    next(steps)
-            except StopIteration as end:
-                yield case.name, end.value
+            moment = Moment(stage.camera, 0.0)
+            yield case.name, driven(measuring(ctx, stage.renderer, "hybrid", moment, case.change(stage)))
 
 
 def pass_table(costs: dict[str, Costs]) -> str:
@@ -46,16 +43,16 @@ def pass_table(costs: dict[str, Costs]) -> str:
     for name in dict.fromkeys(cost.name for of in costs.values() for cost in of.passes):
         cells = [found[case].get(name) for case in costs]
         if any(cell and cell.full_ms is not None for cell in cells):
-            texts = (f"{cell.ms:.1f}" if cell and cell.ms is not None else _left_out(cell) for cell in cells)
-            rows.append([name, *texts])
+            rows.append([name, *(_cell(cell) for cell in cells)])
     rows.append(["**frame**", *(f"**{of.ms:.0f}**" for of in costs.values())])
     rows.append(["with every effect", *(f"{of.full_ms:.0f}" for of in costs.values())])
     return table(["ms", *costs], rows)
 
 
-def _left_out(cell: object) -> str:
-    full_ms = getattr(cell, "full_ms", None)
-    return NOTHING if full_ms is None else f"({full_ms:.1f})"
+def _cell(cost: PassCost | None) -> str:
+    if cost is None or (cost.ms is None and cost.full_ms is None):
+        return NOTHING
+    return f"({cost.full_ms:.1f})" if cost.ms is None else f"{cost.ms:.1f}"
 
 
 def pair_row(ctx: moderngl.Context, pair: Pair, size: Size) -> list[str] | None:
