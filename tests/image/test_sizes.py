@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import moderngl
@@ -35,15 +36,23 @@ HUGE = (7680, 4320)
 
 @pytest.fixture(scope="module")
 def stage(ctx: moderngl.Context) -> Stage:
-    """Textures, a sun, a lamp, near and far blur: every pass runs."""
+    """Textures, a sun, a lamp, near and far blur: what a picture of some size calls for is every pass."""
     return opened(ctx, "stress:twin")
+
+
+@pytest.fixture
+def whole(stage: Stage) -> Iterator[Stage]:
+    """The same with every pass, also where a picture is too small for its blur."""
+    stage.renderer.every_effect = True
+    yield stage
+    stage.renderer.every_effect = False
 
 
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
-def test_every_size_draws_still_and_moving(stage: Stage, view: str, size: tuple[int, int]) -> None:
-    cameras = [stage.camera, stage.camera, stage.camera.moved(0.02, 0.01, -0.02), stage.camera.moved(0.04, 0.02, -0.02)]
-    for number, renderer in enumerate(stage.frames(view, size, [Moment(camera, 0.0) for camera in cameras])):
+def test_every_size_draws_still_and_moving(whole: Stage, view: str, size: tuple[int, int]) -> None:
+    cameras = [whole.camera, whole.camera, whole.camera.moved(0.02, 0.01, -0.02), whole.camera.moved(0.04, 0.02, -0.02)]
+    for number, renderer in enumerate(whole.frames(view, size, [Moment(camera, 0.0) for camera in cameras])):
         sound(renderer, f"{view}, frame {number}")
         assert renderer.picture().shape == (size[1], size[0], 3)
         assert renderer.linear().min() > 0.0
@@ -152,24 +161,24 @@ def test_a_picture_beyond_what_the_device_has_is_refused(
 
 
 def test_a_picture_beyond_the_free_memory_is_refused_and_a_smaller_one_drawn(
-    stage: Stage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    whole: Stage, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Asked again whenever size or view change; what was drawn before is no longer asked for."""
-    renderer = stage.draw("post", (40, 30))
+    renderer = whole.draw("post", (40, 30))
     free = tmp_path / "meminfo"
     free.write_text("MemAvailable: 1024 kB\n")
     monkeypatch.setattr(memory, "MEMORY_FILE", free)
     monkeypatch.setattr(memory, "is_software", lambda ctx: True)
     for size in ((640, 360), (4000, 30)):  # higher, where blur is larger; only wider, where nothing else tells
         with pytest.raises(UserError, match=f"--size {size[0]}x{size[1]} needs"):
-            stage.draw("post", size)
+            whole.draw("post", size)
     assert "lit" not in renderer.memory
-    stage.draw("post", (40, 30))
+    whole.draw("post", (40, 30))
     free.write_text("MemAvailable: 0 kB\n")
-    stage.draw("post", (40, 30))  # all there
+    whole.draw("post", (40, 30))  # all there
     with pytest.raises(UserError, match="--size 40x30 needs"):
-        stage.draw("hybrid", (40, 30))
-    stage.draw("post", (40, 30))
+        whole.draw("hybrid", (40, 30))
+    whole.draw("post", (40, 30))
 
 
 def test_8k_draws_what_a_small_picture_shows(
