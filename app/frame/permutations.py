@@ -20,7 +20,7 @@ from ..errors import UserError
 from ..optics import IN_FOCUS_COC_PX
 from ..scene.facts import Facts
 from ..settings import Settings, opened, put, walk
-from .hybrid import RAYS_BEGIN_PX
+from .mask import RAYS_BEGIN_PX
 from .pipeline import LENS_RAYS, VIEWS, frame_plan
 from .post import FULL_RES_PX
 from .records import Call

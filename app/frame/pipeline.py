@@ -9,7 +9,7 @@
 
 Full resolution: gbuffer, lighting, coc, post, composite and what follows. Half: from downsample to median, and from
 mask to accumulate.
-One texel per 16x16 px: the tiles. The table in targets.py has each target's scale and meaning.
+One texel per 16x16 px: the tiles, by which blur, edges and rays are listed. The table in targets.py has each target's scale and meaning.
 
 Any other target's name is a view too: the plan then holds just the passes that target needs, and the viewer paints it.
 """
@@ -22,8 +22,9 @@ from functools import lru_cache
 from ..errors import UserError
 from ..scene.facts import Facts
 from ..settings import Settings
-from .hybrid import MASKING, TRACING, partly_occluded
+from .hybrid import TRACING
 from .lifetimes import PICKED
+from .mask import MASKING, partly_occluded
 from .output import display_pass, resolve_pass, show_pass
 from .plan import plan
 from .post import GATHERING, TILES, blurred

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .hybrid import trace_defines
+from .mask import trace_defines
 from .post import lens_defines
 from .records import Pass
 

@@ -8,15 +8,17 @@
 // Method: poster, 2.3. Inside the mask, near + (1 - hit ratio) * behind. Behind is the sharp raster image where that
 // is in focus, so that it keeps full resolution; else the traced far layer, which gives way to the post-process where
 // almost all rays hit near. Bright specular bokeh of near surfaces stays the post-process'. The mask's feather hides
-// its edge.
+// its edge. Tiles without rays (ray_tiles.comp) have a kernel of their own: TRACED 0.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "lib/catmull_rom.glsl"
 #include "lib/coc.glsl"
 #include "lib/hit_layers.glsl"
 #include "lib/splat.glsl"
+#include "dof/ray_tiles.glsl"
+#include "dof/listed_tile.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 16, local_size_y = 16) in;  // one tile
 uniform sampler2D in_coc;
 uniform sampler2D in_post;
 uniform sampler2D in_post_behind;
@@ -41,6 +43,7 @@ layout(rgba16f) uniform writeonly image2D out_hybrid;
 const float SHARPNESS = 0.6;
 const float LEAST_WEIGHT = 1e-3;  // of the texels that hold anything: less is a rim where negative lobes outweigh them
 
+#if TRACED
 // The traced layers at a full-res pixel.
 struct Traced {
     vec4 near;    // premultiplied; a: share of light that it holds back from what lies behind
@@ -83,18 +86,13 @@ Traced traced_at(vec2 half_position) {
     return Traced(near / total, far / total, ratio / held, held);
 }
 
-void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, imageSize(out_hybrid)))) return;
-    vec4 post = fetch_light(in_post, pixel);
+// The post-process' picture with the traced layers over it; a: share of the near one.
+vec4 composed(ivec2 pixel, vec4 post) {
     vec2 half_position = 0.5 * (vec2(pixel) + 0.5), uv = half_position / vec2(textureSize(in_mask, 0));
     float feather = finite_radiance(textureLod(in_mask, uv, 0.0)).y;
     Traced traced = Traced(vec4(0.0), vec4(0.0), 0.0, 0.0);
     if (feather > 0.0) traced = traced_at(half_position);
-    if (traced.held == 0.0) {
-        imageStore(out_hybrid, pixel, vec4(post.rgb, 0.0));
-        return;
-    }
+    if (traced.held == 0.0) return vec4(post.rgb, 0.0);
     // Weights come from accumulated values only: the picture is linear in this frame's rays, and its mean unbiased.
     vec4 post_far = finite_radiance(textureLod(in_far_blur, uv, 0.0));
     float open = 1.0 - traced.near.a;
@@ -105,5 +103,17 @@ void main() {
     behind = mix(behind, open * fetch_light(in_post_behind, pixel).rgb, rasterised);
     float rays = feather * (1.0 - post_near_share(post.a, frame.blend_specular));
     vec3 color = mix(post.rgb, traced.near.rgb + behind, rays);
-    imageStore(out_hybrid, pixel, within_half(vec4(color, rays * clamp(traced.near.a, 0.0, 1.0))));
+    return within_half(vec4(color, rays * clamp(traced.near.a, 0.0, 1.0)));
+}
+#endif
+
+void main() {
+    ivec2 tile = listed_tile(), pixel = 16 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0 || any(greaterThanEqual(pixel, imageSize(out_hybrid)))) return;
+    vec4 post = fetch_light(in_post, pixel);
+#if TRACED
+    imageStore(out_hybrid, pixel, composed(pixel, post));
+#else
+    imageStore(out_hybrid, pixel, vec4(post.rgb, 0.0));
+#endif
 }

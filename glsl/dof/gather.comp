@@ -11,6 +11,7 @@
 // A class of tiles at a time (tile_classes.glsl), with the layers that its tiles can have: NEAR_LAYER, FAR_LAYER.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
+#include "dof/tile_classes.glsl"
 #include "dof/listed_tile.glsl"
 #include "dof/taps.glsl"
 
@@ -100,7 +101,7 @@ vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(textureSize(in_tiles_dilated, 0)), texel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), texel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
     last = imageSize(out_far_gather) - 1;
     if (tile.x < 0 || any(greaterThan(texel, last))) return;
     vec4 own = fetch_sample(in_prefiltered, texel);

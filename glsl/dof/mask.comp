@@ -12,8 +12,10 @@
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "lib/mask.glsl"
+#include "dof/ray_tiles.glsl"
+#include "dof/listed_tile.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 #if HAS_MASK_ROWS && HAS_MASK_REACH
 uniform sampler2D in_mask_rows;
 uniform sampler2D in_mask_reach;
@@ -82,10 +84,10 @@ float scouted(ivec2 p) {
 }
 
 // Response and feather at p, from the rows above and below; all there is where nothing tells of edges.
-vec2 dilated(ivec2 p, int height) {
+vec2 dilated(ivec2 p, ivec2 tile, int height) {
 #if HAS_MASK_ROWS && HAS_MASK_REACH
     int side = int(fetch_finite(in_mask_rows, ivec2(p.x, 0)).w);
-    float farthest = fetch_finite(in_mask_reach, ivec2(gl_WorkGroupID.xy)).r;
+    float farthest = fetch_finite(in_mask_reach, tile).r;
     ivec2 span = coarse_span(p.y, farthest, side, height);
     vec2 best = vec2(0.0);
     for (int y = span.x; y <= span.y && farthest > 0.0; y++) {
@@ -101,12 +103,14 @@ vec2 dilated(ivec2 p, int height) {
 }
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy), size = imageSize(out_mask);
+    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0) return;
+    ivec2 size = imageSize(out_mask);
     uint lane = gl_LocalInvocationIndex;
     for (uint level = lane; level < 256u; level += 64u) counted[level] = 0u;
     barrier();
     if (all(lessThan(p, size))) {
-        vec2 mask = max(dilated(p, size.y), vec2(scouted(p)));
+        vec2 mask = max(dilated(p, tile, size.y), vec2(scouted(p)));
         uint level = 0u;
         if (mask.x > 0.0) {
             Noise noise = noise_at(p);

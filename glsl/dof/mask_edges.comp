@@ -1,6 +1,6 @@
 // Finds the edges past which the lens may see more than the raster image holds.
 // Reads: mask_smooth (xyz: normal, w: CoC, px), mask_slope (x: most negative CoC, px; yz: the surface's own slope of
-//   CoC), half resolution; tiles (x: most negative CoC, px).
+//   CoC), half resolution.
 // Writes: mask_edges (x: response 0..1, 0 below the threshold; y: reach of the edge's near blur, half-res px, 0 if
 //   nothing near), half resolution; mask_tiles (largest reach in the tile, half-res px; one texel per 8x8 half-res
 //   px).
@@ -11,11 +11,12 @@
 #include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 #include "dof/beyond.glsl"
+#include "dof/edge_tiles.glsl"
+#include "dof/listed_tile.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_mask_smooth;
 uniform sampler2D in_mask_slope;
-uniform sampler2D in_tiles;
 layout(rg16f) uniform writeonly image2D out_mask_edges;
 layout(r32f) uniform writeonly image2D out_mask_tiles;
 layout(std430) buffer MaskReach { uint largest_reach; };  // bits: positive floats are ordered as their bits are
@@ -40,12 +41,12 @@ void sobel(ivec2 p, out vec4 dx, out vec4 dy) {
     dy /= RAMP;
 }
 
-// The most negative CoC [px] in the 3x3 texels of `extent` around one: of pixels, or of tiles.
-float nearest_around(sampler2D extent, ivec2 texel) {
-    ivec2 last = textureSize(extent, 0) - 1;
+// The most negative CoC [px] in the 3x3 half-res px around p.
+float nearest_around(ivec2 p) {
+    ivec2 last = textureSize(in_mask_slope, 0) - 1;
     float lowest = 0.0;
     for (int i = 0; i < 9; i++) {
-        lowest = min(lowest, fetch_finite(extent, clamp(texel + ivec2(i % 3, i / 3) - 1, ivec2(0), last)).x);
+        lowest = min(lowest, fetch_finite(in_mask_slope, clamp(p + ivec2(i % 3, i / 3) - 1, ivec2(0), last)).x);
     }
     return lowest;
 }
@@ -53,7 +54,7 @@ float nearest_around(sampler2D extent, ivec2 texel) {
 // Response and reach of the pixel as an edge; zero if it is none. A line one pixel wide has its gradient beside it: an
 // edge takes the nearest surface among its neighbours.
 vec2 edge_at(ivec2 p) {
-    float reach = edge_reach_half(nearest_around(in_mask_slope, p));
+    float reach = edge_reach_half(nearest_around(p));
     if (reach <= 0.0) return vec2(0.0);
     vec4 dx, dy;
     sobel(p, dx, dy);
@@ -64,13 +65,14 @@ vec2 edge_at(ivec2 p) {
 }
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy), tile = ivec2(gl_WorkGroupID.xy);
+    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0) return;
     bool inside = all(lessThan(p, imageSize(out_mask_edges)));
     uint lane = gl_LocalInvocationIndex;
     if (lane == 0u) tile_reach = 0u;
     barrier();
     vec2 edge = vec2(0.0);
-    if (inside && nearest_around(in_tiles, tile) < -RAYS_BEGIN_PX) edge = edge_at(p);
+    if (inside) edge = edge_at(p);
     // What is stored is what the tile must cover, so round as the float16 target does.
     if (edge.y > 0.0) atomicMax(tile_reach, floatBitsToUint(unpackHalf2x16(packHalf2x16(edge)).y));
     barrier();

@@ -3,11 +3,14 @@
 // Writes: mask_guide (xyz: mean normal, w: mean CoC, px), mask_slope (x: most negative CoC, px; yz: what CoC changes
 //   per half-res px along x and y by the surface's own slope), half resolution.
 // Method: a 2x2 mean, which is also the first step of the poster's Gaussian; the slope by minmod (lib/mask.glsl).
+#include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 #include "lib/octahedral.glsl"
+#include "dof/edge_tiles.glsl"
+#include "dof/listed_tile.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_normal;
 uniform sampler2D in_coc;
 layout(rgba32f) uniform writeonly image2D out_mask_guide;
@@ -29,8 +32,8 @@ float slope(ivec2 block, ivec2 axis) {
 }
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(out_mask_guide)))) return;
+    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0 || any(greaterThanEqual(p, imageSize(out_mask_guide)))) return;
     last = textureSize(in_coc, 0) - 1;
     vec4 sum = vec4(0.0);
     float nearest = 1e30;

@@ -5,8 +5,10 @@
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "dof/beyond.glsl"
+#include "dof/edge_tiles.glsl"
+#include "dof/listed_tile.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_guide;
 #if AXIS == 0
 layout(rgba32f) uniform writeonly image2D out_mask_smooth_row;
@@ -20,8 +22,8 @@ const int REACH = 3;  // two standard deviations of the Gaussian's largest setti
 const ivec2 ALONG = ivec2(1 - AXIS, AXIS);
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(OUT)))) return;
+    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0 || any(greaterThanEqual(p, imageSize(OUT)))) return;
     float sigma = 0.5 * frame.mask_smoothing;
     vec4 sum = fetch_finite(in_guide, p);
     float weights = 1.0;

@@ -10,6 +10,7 @@
 // A class of tiles at a time (tile_classes.glsl), with what its tiles can hold: BLURRED, NEAR_LAYER, FAR_LAYER.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
+#include "dof/tile_classes.glsl"
 #include "dof/listed_tile.glsl"
 #include "dof/slight_focus.glsl"
 
@@ -65,7 +66,7 @@ void store(ivec2 pixel, vec4 color, vec4 behind) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(textureSize(in_tiles_dilated, 0)), pixel = 16 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), pixel = 16 * tile + ivec2(gl_LocalInvocationID.xy);
     if (tile.x < 0 || any(greaterThanEqual(pixel, imageSize(out_post)))) return;
     vec4 sharp = fetch_light(in_lit, pixel);
     vec3 behind = sharp.rgb;

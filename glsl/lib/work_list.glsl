@@ -23,3 +23,8 @@ uvec2 groups_over(uint items) {
 uint item_of(uvec2 group, uint lane) {
     return group_of(group) * GROUP_ITEMS + lane;
 }
+
+// Place of an item in a list of a kind, among lists of room for `most` items each.
+uint list_place(uint class_, uint slot, uint most) {
+    return class_ * most + slot;
+}

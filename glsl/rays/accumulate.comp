@@ -18,8 +18,10 @@
 #include "shared/fetch.glsl"
 #include "lib/hit_layers.glsl"
 #include "lib/gradient.glsl"
+#include "dof/ray_tiles.glsl"
+#include "dof/listed_tile.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_trace_near;
 uniform sampler2D in_trace_far;
 uniform sampler2D in_trace_motion;
@@ -153,8 +155,8 @@ vec4 composed(vec4 layer, float share) {
 }
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(out_near_layer)))) return;
+    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0 || any(greaterThanEqual(p, imageSize(out_near_layer)))) return;
     Mean near = NOTHING, far = NOTHING;
     vec4 near_light = vec4(0.0), far_light = vec4(0.0);
     float ratio = 0.0, frames = 0.0;

@@ -9,8 +9,10 @@
 // Rings lie at most two texels apart and turn each frame, so the finest level of detail serves. The kernel is the whole
 // aperture's: where the barrel narrows the lens, a tap that lies outside still tells of the same layers' light.
 #include "rays/neighbours.glsl"
+#include "dof/ray_tiles.glsl"
+#include "dof/listed_tile.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_near_light;
 uniform sampler2D in_far_light;
 uniform sampler2D in_layer_smoothing;
@@ -60,8 +62,8 @@ vec4 far_around(ivec2 p) {
 }
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(out_near_smooth)))) return;
+    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0 || any(greaterThanEqual(p, imageSize(out_near_smooth)))) return;
     vec4 near = fetch_finite(in_near_light, p), far = fetch_finite(in_far_light, p);
     vec4 state = fetch_finite(in_layer_state, p);
     if (state.w > 0.0) {

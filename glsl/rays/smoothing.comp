@@ -6,8 +6,10 @@
 // Method: poster, 2.2, "weighted based on clamped variance estimates", as a local Wiener filter (Lee 1980): the
 // accumulated variance, pooled over the kernel, is what the neighbours' means differ by without differing in truth.
 #include "rays/neighbours.glsl"
+#include "dof/ray_tiles.glsl"
+#include "dof/listed_tile.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8) in;  // one tile
 uniform sampler2D in_layer_moments;
 layout(rgba16f) uniform writeonly image2D out_layer_smoothing;
 
@@ -60,8 +62,8 @@ vec2 smoothing(Statistics sum, float rays, vec3 variance) {
 }
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, imageSize(out_layer_smoothing)))) return;
+    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    if (tile.x < 0 || any(greaterThanEqual(p, imageSize(out_layer_smoothing)))) return;
     vec4 state = fetch_finite(in_layer_state, p);
     vec2 share = vec2(0.0), radius = vec2(0.0);
     if (state.w > 0.0) {

@@ -9,7 +9,7 @@ import pytest
 
 from app import optics
 from app.bvh import pack
-from app.frame import hybrid
+from app.frame import hybrid, mask
 from app.frame.output import SHOW_KINDS
 from app.frame.targets import MOST_RINGS, TILE_PX
 from app.gpu import arrays
@@ -42,13 +42,13 @@ def found(file: str) -> dict[str, str]:
         ("lib/kernel.glsl", "MOST_RINGS", MOST_RINGS),
         ("lib/coc.glsl", "IN_FOCUS_COC_PX", optics.IN_FOCUS_COC_PX),
         ("lib/pi.glsl", "PI", np.pi),
-        ("lib/tile_reach.glsl", "TILE_PX", TILE_PX),
+        ("lib/tile.glsl", "TILE_PX", TILE_PX),
         ("lib/tile_reach.glsl", "REACH_MARGIN_PX", post_twin.REACH_MARGIN_PX),
         ("dof/mask_reach.comp", "TILE", TILE_PX / 2),
         ("lib/finite.glsl", "LARGEST_RADIANCE", post_twin.LARGEST_RADIANCE),
         ("lib/kernel.glsl", "GOLDEN", post_twin.GOLDEN),
         ("lib/kernel.glsl", "ROOT", post_twin.ROOT),
-        ("lib/mask.glsl", "RAYS_BEGIN_PX", hybrid.RAYS_BEGIN_PX),
+        ("lib/mask.glsl", "RAYS_BEGIN_PX", mask.RAYS_BEGIN_PX),
         ("lib/mask.glsl", "RAYS_BEGIN_PX", hybrid_twin.RAYS_BEGIN_PX),
         ("lib/mask.glsl", "RAYS_END_PX", hybrid_twin.RAYS_END_PX),
         ("lib/mask.glsl", "REACH_MARGIN_HALF", hybrid_twin.REACH_MARGIN_HALF),

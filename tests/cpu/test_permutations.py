@@ -13,7 +13,7 @@ from hypothesis import settings as effort
 from hypothesis import strategies as st
 
 from app.errors import UserError
-from app.frame.hybrid import RAYS_BEGIN_PX
+from app.frame.mask import RAYS_BEGIN_PX
 from app.frame.permutations import LENSES, of_its_class, within_one_step
 from app.frame.pipeline import LENS_RAYS, VIEWS, frame_plan
 from app.frame.records import Call

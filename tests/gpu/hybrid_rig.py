@@ -10,7 +10,7 @@ import numpy as np
 from app.frame.hybrid import HYBRID
 from app.frame.post import POST
 from app.frame.records import Call, Pass, split_read
-from app.frame.targets import TARGETS
+from app.frame.targets import BUFFERS, TARGETS, TILE_PX
 from app.gpu.layout import FRAME
 from app.gpu.programs import Programs
 from app.gpu.targets import Targets
@@ -22,8 +22,11 @@ from .dispatch import run_call
 _NUMPY = {"f1": np.uint8, "f2": np.float16, "f4": np.float32}
 PASSES = {step.name: step for step in (*POST, *HYBRID)}
 SMOOTHING = ("mask_smooth_rows", "mask_smooth_columns")
-MASKING = ("mask_guide", *SMOOTHING, "mask_edges", "reach_rows", "reach_columns", "mask_coarse", "mask_rows", "mask")
+EDGES = ("edge_tiles", "mask_guide", *SMOOTHING, "mask_edges")
+MASKING = (*EDGES, "reach_rows", "reach_columns", "mask_coarse", "mask_rows", "ray_tiles", "mask")
 BUDGETING = ("ray_budget", "ray_list")
+LAYERS = ("accumulate", "smoothing", "reconstruct", "composite")
+LISTING = {"edge_tiles": "EdgeTiles", "ray_tiles": "RayTiles"}
 
 
 class HybridRig:
@@ -53,14 +56,21 @@ class HybridRig:
             array = np.asarray(array, _NUMPY[TARGETS[name].dtype]).reshape(wanted)
             texture.write(np.ascontiguousarray(array).tobytes(), alignment=1)
 
-    def run(self, *names: str, **frame: object) -> None:
-        """Run passes in the given order; `frame` sets fields of the uniform block beside those of the settings."""
+    def run(self, *names: str, everywhere: bool = False, **frame: object) -> None:
+        """Run passes in the given order, over the tiles that they are for or, `everywhere`, over all; `frame` sets
+        fields of the uniform block beside those of the settings.
+        """
+        if not everywhere and any("RayTiles" in PASSES[n].buffers for n in names) and "ray_tiles" not in names:
+            names = ("ray_tiles", *names)
         self._block.write(self._frame(frame).tobytes())
         for name in {block for n in names for block in PASSES[n].fills}:
             self.targets.begin_buffer(name)
         for name in ("kernel", *names):
-            self._run(PASSES[name])
-            self._given |= {*PASSES[name].writes}
+            if everywhere and name in LISTING:
+                self._list_all_tiles(LISTING[name])
+            else:
+                self._run(PASSES[name])
+                self._given |= {*PASSES[name].writes}
 
     def swap(self) -> None:
         """End of frame: what was written becomes history."""
@@ -74,6 +84,17 @@ class HybridRig:
     def block(self, name: str, dtype: str = "<u4") -> np.ndarray:
         """A storage block's words."""
         return np.frombuffer(self.targets.buffer(name).read(), dtype).astype(np.float64 if "f" in dtype else np.int64)
+
+    def _list_all_tiles(self, block: str) -> None:
+        """As if every tile were of the last class."""
+        columns, rows = (-(-side // TILE_PX) for side in self._size)
+        y, x = np.indices((rows, columns), "<u4")
+        count, classes = x.size, BUFFERS[block].header // 16
+        heads = np.zeros((classes, 4), "<u4") + np.array([0, 1, 1, 0], "<u4")
+        heads[-1] = count, 1, 1, count
+        lists = np.zeros((classes, count), "<u4")
+        lists[-1] = (x | y << 16).ravel()
+        self.targets.buffer(block).write(heads.tobytes() + lists.tobytes())
 
     def _frame(self, fields: Mapping[str, object]) -> np.ndarray:
         s = self.settings
@@ -102,5 +123,6 @@ class HybridRig:
         present = tuple(r for r in step.optional if split_read(r)[1] in self._given)
         reads = tuple(split_read(r) for r in (*step.reads, *present))
         has = tuple((f"HAS_{split_read(r)[0].upper()}", int(r in present)) for r in step.optional)
-        call = Call(step, reads, step.writes, (*step.defines(self.settings, facts), *has), "")
+        defines, kernels = (*step.defines(self.settings, facts), *has), step.kernels(self.settings, facts)
+        call = Call(step, reads, step.writes, defines, "", kernels=kernels)
         run_call(self._ctx, call, self.programs, self.targets, self._block)

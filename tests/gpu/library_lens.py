@@ -142,5 +142,8 @@ CASES = {
         "item_of": Case(
             "uint item_of(uvec2 g, uint l)", rest.item_of, ((integers(0, 32767), integers(0, 1023)), integers(0, 63))
         ),
+        "list_place": Case(
+            "uint list_place(uint c, uint s, uint n)", rest.list_place, (integers(0, 4), integers(0, 2**20), 2**22)
+        ),
     },
 }

@@ -12,6 +12,7 @@ from . import post_twin as twin
 from .edges import EPS, OPEN, Case, edges, integers, rowwise, ulps
 
 ABERRATION = edges(-1.0, 1.0)
+SIDE = edges(1.0, 32768.0, 15.0, 16.0, 17.0)
 LARGEST_PX = float(Post.__dataclass_fields__["max_coc"].metadata["high"]) * 16384  # of the tallest picture
 RADIUS2 = edges(0.0, LARGEST_PX**2)
 COC = edges(-1e30, 1e30, np.inf, -np.inf)
@@ -164,6 +165,7 @@ CASES = {
             tap_error,
         ),
     },
+    "tile": {"tile_count": Case("ivec2 tile_count(vec2 s)", twin.tile_count, ((SIDE, SIDE),))},
     "tile_reach": {
         "tile_reach": Case(
             "int tile_reach(float r)", twin.tile_reach, (edges(-1e4, LARGEST_PX, 12.999999, 13.0, 29.0),)

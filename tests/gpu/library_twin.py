@@ -122,3 +122,7 @@ def groups_over(items: ArrayLike) -> NDArray[np.int64]:
 
 def item_of(group: ArrayLike, lane: ArrayLike) -> NDArray[np.int64]:
     return group_of(group) * GROUP_ITEMS + np.asarray(lane, np.int64)
+
+
+def list_place(class_: ArrayLike, slot: ArrayLike, most: ArrayLike) -> NDArray[np.int64]:
+    return np.asarray(class_, np.int64) * np.asarray(most, np.int64) + np.asarray(slot, np.int64)

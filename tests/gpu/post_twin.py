@@ -1,4 +1,4 @@
-"""Float64 twins of the post-process's pure functions: glsl/lib/splat.glsl, kernel.glsl and tile_reach.glsl."""
+"""Float64 twins of the post-process's pure functions: glsl/lib/splat, kernel, tile and tile_reach."""
 
 from __future__ import annotations
 
@@ -133,6 +133,11 @@ def kernel_tap(index: int, n: int, frame: int, blades: int, rotation: float, ana
     k = (math.isqrt(index) + 1) // 2
     turn = (index - first_tap(k) + (k * GOLDEN + (frame & 1023) * ROOT) % 1.0) / ring_taps(k)
     return aperture_point(turn, tap_gauge(k, n, frame) ** 2, blades, rotation, anamorphic)
+
+
+def tile_count(size: ArrayLike) -> NDArray[np.int64]:
+    """(n, 2) for (n, 2) px."""
+    return np.ceil(np.asarray(size, float) / TILE_PX).astype(int)
 
 
 def tile_reach(radius: ArrayLike) -> NDArray[np.int64]:

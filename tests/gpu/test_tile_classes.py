@@ -91,7 +91,7 @@ def test_classes_change_no_bit_of_the_picture(ctx: moderngl.Context, coc: str, s
 
 def test_the_kernels_are_listed_as_the_shader_numbers_them() -> None:
     text = load_glsl()["dof/tile_classes.glsl"]
-    numbers = {name: int(value) for name, value in re.findall(r"const uint (\w+) = (\d+)u;", text)}
+    numbers = {name: int(value) for name, value in re.findall(r"(?:const uint|#define) (\w+) =? ?(\d+)u?;?", text)}
     assert numbers == {
         "SHARP": SHARP,
         "SLIGHT": SLIGHT,
