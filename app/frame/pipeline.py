@@ -9,7 +9,8 @@
 
 Full resolution: gbuffer, lighting, coc, post, composite and what follows. Half: from downsample to median, and from
 mask to accumulate.
-One texel per 16x16 px: the tiles, by which blur, edges and rays are listed. The table in targets.py has each target's scale and meaning.
+One texel per 16x16 px: the tiles, by which blur, edges and rays are listed. The table in targets.py has each target's
+scale and meaning.
 
 Any other target's name is a view too: the plan then holds just the passes that target needs, and the viewer paints it.
 """
