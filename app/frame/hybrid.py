@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..scene.facts import Facts
 from ..settings import Settings
-from .mask import MASKING, NO_RAYS, partly_occluded, ray_pass, ray_tiles, trace_defines
+from .mask import MASKING, NO_RAYS, partly_occluded, ray_kernels, trace_defines
 from .raster import moving
 from .records import Defines, Kernels, Need, Pass
 
@@ -47,10 +47,10 @@ def accumulate_defines(settings: Settings, facts: Facts) -> Defines:
     )
 
 
-def all_tiles(settings: Settings, facts: Facts) -> Kernels:
-    """Beside it one for the others, unless rays go everywhere."""
-    without = ((NO_RAYS, (("TILE_CLASS", NO_RAYS), ("TRACED", 0))),) if settings.mask.edges else ()
-    return (*without, *ray_tiles(settings, facts))
+def composite_kernels(settings: Settings, facts: Facts) -> Kernels:
+    """One kernel for tiles with rays and, unless rays go everywhere, one for those without."""
+    without = ((NO_RAYS, (("TILE_CLASS", NO_RAYS),)),) if settings.mask.edges else ()
+    return (*without, *ray_kernels(settings, facts))
 
 
 ONE_GROUP = (1 << 16, 1 << 16)  # a work group that covers every picture: the pass runs once
@@ -79,10 +79,9 @@ TRACING = (
         "trace",
         "rays/trace.comp",
         reads=("ray_count",),
-        buffers=("RayWork",),
+        over="RayWork",
         writes=("trace_near", "trace_far", "trace_motion", "trace_spread", "trace_moments"),
         writes_if=(("probe_hit", keeps_probes), ("probe_lens", keeps_probes)),
-        indirect=("RayWork", 0),
         scene=True,
         rays=True,
         needed=partly_occluded,
@@ -99,7 +98,7 @@ TRACING = (
         needed=changing,
         defines=trace_defines,
     ),
-    ray_pass(
+    Pass(
         "accumulate",
         "rays/accumulate.comp",
         reads=("trace_near", "trace_far", "trace_motion", "trace_spread", "trace_moments", "ray_count", "mask"),
@@ -108,24 +107,30 @@ TRACING = (
         writes=("near_layer", "far_layer", "layer_state", "layer_coc", "layer_moments", "near_light", "far_light"),
         needed=partly_occluded,
         defines=accumulate_defines,
+        over="RayTiles",
+        kernels=ray_kernels,
     ),
-    ray_pass(
+    Pass(
         "smoothing",
         "rays/smoothing.comp",
         reads=("layer_state", "layer_coc", "layer_moments", "kernel"),
         writes=("layer_smoothing",),
         needed=smoothed,
         defines=reconstruct_defines,
+        over="RayTiles",
+        kernels=ray_kernels,
     ),
-    ray_pass(
+    Pass(
         "reconstruct",
         "rays/reconstruct.comp",
         reads=("near_light", "far_light", "layer_state", "layer_coc", "layer_smoothing", "kernel"),
         writes=("near_smooth", "far_smooth"),
         needed=smoothed,
         defines=reconstruct_defines,
+        over="RayTiles",
+        kernels=ray_kernels,
     ),
-    ray_pass(
+    Pass(
         "composite",
         "dof/composite.comp",
         reads=("coc", "post", "post_behind", "far_blur", "mask", "near_light", "far_light", "layer_state"),
@@ -133,7 +138,8 @@ TRACING = (
         writes=("hybrid",),
         needed=partly_occluded,
         defines=lambda s, f: (("RASTER_FOCUS", int(s.blend.raster)),),
-        kernels=all_tiles,
+        kernels=composite_kernels,
+        over="RayTiles",
     ),
 )
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from ..optics import IN_FOCUS_COC_PX
 from ..scene.facts import Facts
 from ..settings import Settings
@@ -13,6 +11,7 @@ from .records import Defines, Kernels, Need, Pass
 from .targets import RAY_CLASSES
 
 RAYS_BEGIN_PX = 2.0  # CoC radius from which rays gain on the post-process: glsl/lib/mask.glsl
+TILES_A_GROUP = (64, 64)  # half-res px that a work group of 8x8 tiles covers
 NO_RAYS, RAYS = range(RAY_CLASSES)  # classes of tiles, as glsl/dof/ray_tiles.glsl numbers them
 
 
@@ -55,18 +54,10 @@ def settle_defines(settings: Settings, facts: Facts) -> Defines:
     return (("SETTLE", int(settings.mask.settle)),)
 
 
-def edge_tiles(settings: Settings, facts: Facts) -> Kernels:
-    """The kernel that draws the tiles where edges are looked for: all that are listed."""
-    return ((0, (("TILE_CLASS", 0),)),)
+def ray_kernels(settings: Settings, facts: Facts) -> Kernels:
+    """One kernel, over the tiles where rays may be called for."""
+    return ((RAYS, (("TILE_CLASS", RAYS),)),)
 
-
-def ray_tiles(settings: Settings, facts: Facts) -> Kernels:
-    """The kernel that draws the tiles where rays may be called for."""
-    return ((RAYS, (("TILE_CLASS", RAYS), ("TRACED", 1))),)
-
-
-edge_pass = partial(Pass, buffers=("EdgeTiles",), indirect=("EdgeTiles", 0), kernels=edge_tiles)
-ray_pass = partial(Pass, buffers=("RayTiles",), indirect=("RayTiles", 0), kernels=ray_tiles)
 
 MASKING = (
     Pass(
@@ -88,36 +79,40 @@ MASKING = (
         grid="tiles",
         needed=edged,
     ),
-    edge_pass(
+    Pass(
         "mask_guide",
         "dof/mask_guide.comp",
         reads=("normal", "coc"),
         writes=("mask_guide", "mask_slope"),
         needed=edged,
+        over="EdgeTiles",
     ),
-    edge_pass(
+    Pass(
         "mask_smooth_rows",
         "dof/mask_smooth.comp",
         reads=("guide=mask_guide",),
         writes=("mask_smooth_row",),
         defines=lambda s, f: (("AXIS", 0),),
         needed=edged,
+        over="EdgeTiles",
     ),
-    edge_pass(
+    Pass(
         "mask_smooth_columns",
         "dof/mask_smooth.comp",
         reads=("guide=mask_smooth_row",),
         writes=("mask_smooth",),
         defines=lambda s, f: (("AXIS", 1),),
         needed=edged,
+        over="EdgeTiles",
     ),
-    edge_pass(
+    Pass(
         "mask_edges",
         "dof/mask_edges.comp",
         reads=("mask_smooth", "mask_slope"),
         writes=("mask_edges", "mask_tiles"),
         fills=("MaskReach",),
         needed=edged,
+        over="EdgeTiles",
     ),
     Pass(
         "reach_rows",
@@ -156,10 +151,11 @@ MASKING = (
         "dof/ray_tiles.comp",
         optional=("mask_reach", "scout"),
         fills=("RayTiles",),
-        grid="tiles",
+        grid="mask",
+        group=TILES_A_GROUP,
         needed=partly_occluded,
     ),
-    ray_pass(
+    Pass(
         "mask",
         "dof/mask.comp",
         optional=("mask_rows", "mask_reach", "motion", "scout"),
@@ -168,5 +164,7 @@ MASKING = (
         fills=("RayHistogram",),
         needed=partly_occluded,
         defines=settle_defines,
+        over="RayTiles",
+        kernels=ray_kernels,
     ),
 )

@@ -50,7 +50,7 @@ def frame_slots(plan: FramePlan, share: bool) -> tuple[Slot, ...]:
 
 def frame_blocks(plan: FramePlan) -> tuple[str, ...]:
     """The storage blocks of a plan, sorted."""
-    return tuple(sorted({name for call in plan.calls for name in (*call.step.fills, *call.step.buffers)}))
+    return tuple(sorted({name for call in plan.calls for name in (*call.step.fills, *call.step.takes)}))
 
 
 def frame_memory(plan: FramePlan, size: Size) -> FrameMemory:

@@ -8,7 +8,7 @@
     reference  gbuffer > lighting through one lens point a frame, a running mean              > display
 
 Full resolution: gbuffer, lighting, coc, post, composite and what follows. Half: from downsample to median, and from
-mask to accumulate.
+mask to reconstruct.
 One texel per 16x16 px: the tiles, by which blur, edges and rays are listed. The table in targets.py has each target's
 scale and meaning.
 

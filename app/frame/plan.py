@@ -37,7 +37,7 @@ def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) 
             continue
         present = tuple(r for r in step.optional if split_read(r)[1] in producers)
         reads = tuple(split_read(r) for r in (*step.reads, *present))
-        if missing := {*(t for _, t in reads), *step.buffers} - written:
+        if missing := {*(t for _, t in reads), *step.takes} - written:
             raise PlanError(f"{step.name} runs before anything wrote {sorted(missing)}")
         writes = (*step.outputs(settings, facts), *(t for t in step.offers if t in read))
         written |= {*writes, *step.fills}
@@ -47,7 +47,10 @@ def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) 
         in_place = tuple(target for target, read in step.in_place_without if read not in present)
         kernels = step.kernels(settings, facts)
         calls.append(Call(step, reads, writes, defines, needs[step.name].reason, in_place, kernels))
-    return FramePlan(tuple(calls), output, tuple(skipped))
+    frame = FramePlan(tuple(calls), output, tuple(skipped))
+    if missing := {call.step.grid for call in calls if call.step.grid} - frame.targets:
+        raise PlanError(f"the size of {sorted(missing)} is asked for, which nothing touches")
+    return frame
 
 
 def _reachable(output: str, producers: dict[str, Pass]) -> set[str]:
@@ -63,7 +66,7 @@ def _reachable(output: str, producers: dict[str, Pass]) -> set[str]:
             wanted += [split_read(r)[1] for r in step.reads]
             wanted += [t for t in (split_read(r)[1] for r in step.optional) if t in producers]
             wanted += [t for t in step.history if t in producers]
-            wanted += step.buffers
+            wanted += step.takes
     return live
 
 

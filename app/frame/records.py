@@ -95,7 +95,7 @@ class Pass:
     updates: tuple[str, ...] = ()  # read and written in place, and kept between frames
     # (history, optional read): written over last frame's value, texel by texel, unless that is read
     in_place_without: tuple[tuple[str, str], ...] = ()
-    buffers: tuple[str, ...] = ()  # storage blocks it reads
+    buffers: tuple[str, ...] = ()  # storage blocks it reads, beside the one that it runs over
     fills: tuple[str, ...] = ()  # storage blocks it writes (and may read)
     kind: Literal["compute", "raster"] = "compute"
     scene: bool = False  # reads materials, lights or textures
@@ -103,12 +103,17 @@ class Pass:
     sliced: bool = False  # may be dispatched a band of rows at a time (frame.slice_begin, slice_end)
     grid: str = ""
     group: tuple[int, int] = (8, 8)
-    indirect: tuple[str, int] | None = None  # (buffer, byte offset of three group counts) instead of a grid
+    over: str = ""  # storage block of the work to cover instead of a grid: group counts for each kernel, then items
     needed: Callable[[Settings, Facts], Need] = always
     defines: Callable[[Settings, Facts], Defines] = no_defines
-    kernels: Callable[[Settings, Facts], Kernels] = one_kernel  # of an indirect pass, in Call.parts
+    kernels: Callable[[Settings, Facts], Kernels] = one_kernel  # over that work, in Call.parts
     writes_if: tuple[tuple[str, Callable[[Settings, Facts], bool]], ...] = ()  # outputs that exist only for some scenes
     offers: tuple[str, ...] = ()  # outputs written only if a pass that runs reads them; the shader sees HAS_<TARGET>
+
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """Storage blocks that must be filled before."""
+        return (*self.buffers, self.over) if self.over else self.buffers
 
     def outputs(self, settings: Settings, facts: Facts) -> tuple[str, ...]:
         """What it writes for this scene: `writes`, the `writes_if` that apply, and `updates` (textures only)."""
@@ -141,11 +146,8 @@ class Call:
 
     @property
     def counts(self) -> tuple[str, int] | None:
-        """Where an indirect part finds its group counts: block and byte offset."""
-        if self.step.indirect is None:
-            return None
-        buffer, offset = self.step.indirect
-        return buffer, offset + KERNEL_BYTES * self.kernels[0][0]
+        """Where a part finds its group counts, if it covers no grid: block and byte offset."""
+        return (self.step.over, KERNEL_BYTES * self.kernels[0][0]) if self.step.over else None
 
     @property
     def program(self) -> Permutation:

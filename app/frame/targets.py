@@ -29,7 +29,7 @@ TARGETS: dict[str, Target] = {
         Target("coc", 1, "f4", "signed CoC radius, full-res px, negative in front of focus", filter="nearest", show="signed", range=(-20.0, 20.0), signed="x"),
         # post-process
         Target("kernel", 2, "f4", "points of the aperture, half lens diameters: a kernel a row, as many rings as the row's number", fixed=KERNEL_SIZE, filter="nearest", show="vector", range=(-1.0, 1.0), signed="xy"),
-        Target("tiles", 2, "f4", "x: most negative, y: largest signed CoC in the tile, full-res px", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0), signed="xy"),
+        Target("tiles", 2, "f4", "x: most negative, y: largest signed CoC in the tile, full-res px, as far as the post-process gathers", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0), signed="xy"),
         Target("tiles_row", 2, "f4", "tiles after the horizontal half of the dilation", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0), signed="xy"),
         Target("tiles_dilated", 2, "f4", "x: most negative, y: largest CoC that reaches the tile, full-res px", TILE_PX, filter="nearest", show="signed", range=(-20.0, 20.0), signed="xy"),
         Target("half_color", 4, "f2", "radiance of the 2x2 block's chosen layer; a: its signed CoC radius, full-res px", 2, signed="w"),
@@ -94,7 +94,7 @@ BUFFERS: dict[str, Buffer] = {
     for b in (
         Buffer("TileWork", "per class of tiles (dof/tile_classes.glsl) three group counts and the tile count; then its tiles, x | y << 16", header=16 * TILE_CLASSES, bytes_per_pixel=4 * TILE_CLASSES, scale=TILE_PX),
         Buffer("EdgeTiles", "three group counts and the number of tiles in which edges are looked for; then those tiles, x | y << 16", header=16, bytes_per_pixel=4, scale=TILE_PX),
-        Buffer("RayTiles", "the same for tiles without rays (dof/ray_tiles.glsl) and for those where rays may be called for; then both lists", header=16 * RAY_CLASSES, bytes_per_pixel=4 * RAY_CLASSES, scale=TILE_PX),
+        Buffer("RayTiles", "for the tiles without rays and for those where rays may be called for (dof/ray_tiles.glsl) three group counts and the tile count; then the tiles, x | y << 16", header=16 * RAY_CLASSES, bytes_per_pixel=4 * RAY_CLASSES, scale=TILE_PX),
         Buffer("MaskReach", "largest reach of an edge, half-res px", header=16),
         Buffer("RayHistogram", "masked pixels per weight in the ray budget, one count per step of 1/255", header=1024),
         Buffer("RayBudget", "rays that a step of weight is worth", header=16),

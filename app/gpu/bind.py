@@ -18,7 +18,7 @@ def bind(
     """Bind targets, last frame's targets, the scene's textures and storage blocks, and the frame's uniform block."""
     _bind_samplers(call, compiled, targets, scene)
     _bind_images(call, compiled, targets)
-    blocks = {name: targets.buffer(name) for name in (*call.step.buffers, *call.step.fills)}
+    blocks = {name: targets.buffer(name) for name in (*call.step.takes, *call.step.fills)}
     blocks |= scene.blocks if scene else {}
     for binding, name in enumerate(sorted(compiled.active & blocks.keys())):
         compiled.program[name].binding = binding

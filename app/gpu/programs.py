@@ -13,6 +13,7 @@ from typing import Any
 import moderngl
 
 from ..frame.records import Call
+from ..frame.targets import BUFFERS
 from .layout import FRAME
 from .shaders import Key, ShaderError, Source, assemble, canonical, explain, load_glsl, stages_of
 
@@ -23,17 +24,18 @@ Program = (
 Formats = tuple[str, ...]  # of the textures that a program reads and writes, in order
 
 MOST_PROGRAMS = 512  # kept at once: twice what two views of the richest scene can ask for within one step
-_TOUCHED = re.compile(r"\b(?:in|prev|out)_\w+")
+_WORD = re.compile(r"\w+")
 _PREFIXES = ("in_", "prev_", "out_")
 
 
 @dataclass
 class Compiled:
-    """A linked program, the target names its text mentions, and the names the linker kept."""
+    """A linked program, the targets and storage blocks that its text mentions, and the names the linker kept."""
 
     program: Program
     mentioned: frozenset[str]
     active: frozenset[str]
+    blocks: frozenset[str]  # those of the names kept that are storage blocks
     texts: tuple[str, ...]
     fits: dict[str, Call] = field(default_factory=dict)  # the passes, by name, whose names were found to match
     ran: set[Formats] = field(default_factory=set)  # with textures of which formats, as drivers compile for them then
@@ -154,9 +156,8 @@ class Programs:
             raise ShaderError(
                 f"{key[0]}: its FrameBlock has {size} bytes, not {FRAME.itemsize}; regenerate glsl/shared/structs.glsl"
             )
-        return Compiled(
-            program, frozenset(_TOUCHED.findall(_without_comments(text))), active, tuple(s.text for s in sources)
-        )
+        blocks = frozenset(name for name in active if isinstance(program[name], moderngl.StorageBlock))
+        return Compiled(program, _mentioned(text), active, blocks, tuple(s.text for s in sources))
 
     def _link(self, sources: list[Source], outputs: tuple[str, ...]) -> Program:
         if len(sources) == 1:
@@ -173,18 +174,21 @@ def _sources(key: Key, files: Mapping[str, str]) -> list[Source]:
 
 
 def check_names(call: Call, compiled: Compiled) -> None:
-    """Raise ShaderError if the pass and its shader name different targets: a typo on either side, with the pass's
-    name.
+    """Raise ShaderError if the pass and its shader name different targets or storage blocks: a typo on either side,
+    with the pass's name.
     """
     fit = compiled.fits.get(call.step.name)
-    if fit and (fit.reads, fit.writes, fit.step.history) == (call.reads, call.writes, call.step.history):
+    if fit and fit.step is call.step and (fit.reads, fit.writes) == (call.reads, call.writes):
         return
+    blocks = {*call.step.takes, *call.step.fills}
     declared = (
         {f"in_{name}" for name, _ in call.reads}
         | {f"prev_{t}" for t in call.step.history}
         | {f"out_{t}" for t in call.writes}
+        | blocks
     )
-    bound = {name for name in compiled.active if name.startswith(_PREFIXES)}
+    bound = (compiled.blocks & BUFFERS.keys()) if call.step.scene else compiled.blocks  # the scene binds its own
+    bound |= {name for name in compiled.active if name.startswith(_PREFIXES)}
     if call.step.kind == "raster":
         bound |= {name for name in compiled.mentioned if name.startswith("out_")} & declared
     if unknown := bound - declared:
@@ -200,6 +204,12 @@ def give(program: Program, **values: object) -> None:
     """Set uniforms by name, outside a plan's passes; one that the compiler dropped takes no value."""
     for name in values.keys() & set(program):
         program[name] = values[name]
+
+
+def _mentioned(text: str) -> frozenset[str]:
+    """Names of targets, with their prefixes, and of storage blocks."""
+    words = set(_WORD.findall(_without_comments(text)))
+    return frozenset(word for word in words if word.startswith(_PREFIXES) or word in BUFFERS)
 
 
 def _without_comments(text: str) -> str:

@@ -101,7 +101,7 @@ class Rehearsal:
         elif self._targets.size != small:
             self._targets.resize(small)
         self._frame_buffer.write(frame_block(replace(inputs, size=small, rows=(0, small[1]))).tobytes())
-        for name in (*call.step.buffers, *call.step.fills):
+        for name in (*call.step.takes, *call.step.fills):
             self._targets.buffer(name).clear()  # else a work list could be of any length
         compiled = prepared(self.programs, call, self._targets, scene, self._frame_buffer)
         try_out(self._ctx, call, compiled, self._targets, scene)

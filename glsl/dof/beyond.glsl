@@ -1,5 +1,5 @@
-// The picture beyond its rim, for the mask's kernels: it goes on as steeply as it came (mirrored in the rim's value), so
-// that a slanted plane ends without an edge, smoothed or not.
+// The picture beyond its rim, for the mask's kernels: it goes on as steeply as it came (mirrored in the rim's value),
+// so that a slanted plane ends without an edge, smoothed or not.
 #include "shared/fetch.glsl"
 
 vec4 within_or_beyond(sampler2D guide, ivec2 p) {

@@ -1,14 +1,15 @@
 // Lays the traced near layer over what lies behind it, and leaves everything outside the ray mask to the post-process.
-// Reads: lit (radiance), coc (px), post (radiance; a: specular luminance of its near layer), full resolution; far_blur
-//   (radiance; a: validity), mask (y: weight of rays), near_smooth, far_smooth (premultiplied; a: share of light) or,
-//   without spatial reconstruction, near_light, far_light (likewise), layer_state (z: hit ratio; w: 0 where nothing is
-//   held), half resolution.
+// Reads: coc (px), post (radiance; a: specular luminance of its near layer), post_behind (radiance behind that),
+//   full resolution; far_blur (radiance; a: validity), mask (y: weight of rays), near_smooth, far_smooth
+//   (premultiplied; a: share of light) or, without spatial reconstruction, near_light, far_light (likewise),
+//   layer_state (z: hit ratio; w: 0 where nothing is held), half resolution.
 // Writes: hybrid (radiance; a: share of the traced near layer, which moves otherwise than the surface behind it), full
 //   resolution.
+// Over: the tiles of RayTiles, those without rays by a kernel of their own.
 // Method: poster, 2.3. Inside the mask, near + (1 - hit ratio) * behind. Behind is the sharp raster image where that
 // is in focus, so that it keeps full resolution; else the traced far layer, which gives way to the post-process where
 // almost all rays hit near. Bright specular bokeh of near surfaces stays the post-process'. The mask's feather hides
-// its edge. Tiles without rays (ray_tiles.comp) have a kernel of their own: TRACED 0.
+// its edge.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "lib/catmull_rom.glsl"
@@ -43,7 +44,7 @@ layout(rgba16f) uniform writeonly image2D out_hybrid;
 const float SHARPNESS = 0.6;
 const float LEAST_WEIGHT = 1e-3;  // of the texels that hold anything: less is a rim where negative lobes outweigh them
 
-#if TRACED
+#if TILE_CLASS == RAYS
 // The traced layers at a full-res pixel.
 struct Traced {
     vec4 near;    // premultiplied; a: share of light that it holds back from what lies behind
@@ -108,10 +109,10 @@ vec4 composed(ivec2 pixel, vec4 post) {
 #endif
 
 void main() {
-    ivec2 tile = listed_tile(), pixel = 16 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), pixel = texel_of(tile, 16);
     if (tile.x < 0 || any(greaterThanEqual(pixel, imageSize(out_hybrid)))) return;
     vec4 post = fetch_light(in_post, pixel);
-#if TRACED
+#if TILE_CLASS == RAYS
     imageStore(out_hybrid, pixel, composed(pixel, post));
 #else
     imageStore(out_hybrid, pixel, vec4(post.rgb, 0.0));

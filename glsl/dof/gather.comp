@@ -4,11 +4,12 @@
 // 16x16 px), half_specular (luminance, half resolution, lit scenes only).
 // Writes: far_gather (radiance behind the near layer; a: 1 where something was found); where anything is blurred before
 // focus near_gather (premultiplied; a: coverage) and, lit, near_specular (luminance, premultiplied); half resolution.
+// Over: the tiles of TileWork, a class at a time.
 // Method: scatter-as-gather of Jimenez 2014 with two differences. (1) A tap's weight is the part of the sample's splat
 // that falls into the tap's ring, exactly, which replaces sample alpha 1/(pi r^2) and its soft comparison: coverage is
 // right for every CoC under one kernel. (2) A sample shows with the CoC of the nearer of itself and the receiving
 // texel, which draws the silhouette between them (lib/splat.glsl).
-// A class of tiles at a time (tile_classes.glsl), with the layers that its tiles can have: NEAR_LAYER, FAR_LAYER.
+// A class of tiles (tile_classes.glsl) has a kernel with the layers that they can have: NEAR_LAYER, FAR_LAYER.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "dof/tile_classes.glsl"
@@ -101,7 +102,7 @@ vec4 gather_far(ivec2 texel, vec4 own, int n, Opening opening) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(), texel = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), texel = texel_of(tile, 8);
     last = imageSize(out_far_gather) - 1;
     if (tile.x < 0 || any(greaterThan(texel, last))) return;
     vec4 own = fetch_sample(in_prefiltered, texel);

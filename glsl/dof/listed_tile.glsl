@@ -14,3 +14,8 @@ ivec2 listed_tile() {
     uint tile = tiles[list_place(TILE_CLASS, slot, uint(size.x * size.y))];
     return ivec2(tile & 0xffffu, tile >> 16u);
 }
+
+// This invocation's texel of it, where a work group covers a tile of `side` texels a side.
+ivec2 texel_of(ivec2 tile, int side) {
+    return side * tile + ivec2(gl_LocalInvocationID.xy);
+}

@@ -1,14 +1,16 @@
 // Completes the ray mask: dilates along columns, says how much each pixel is worth in the ray budget, and counts that.
 // Reads: mask_rows (x: power, half-res px^2; y: reach, half-res px; z: response; w: half-res px a row) and mask_reach
-//   (farthest edge to look for, half-res px, per tile), or every pixel is masked; motion (px) while something moves; last frame's layer_state (x, y: rays) and layer_moments (compressed luminance and its square, of
-//   the near and the far part); scout (x: share of rays that find unseen near surfaces, one texel per 8x8 half-res px)
-//   if there are scouts.
+//   (farthest edge to look for, half-res px, per tile), or every pixel is masked; motion (px) while something moves;
+//   last frame's layer_state (x, y: rays) and layer_moments (compressed luminance and its square, of the near and the
+//   far part); scout (x: share of rays that find unseen near surfaces, one texel per 8x8 half-res px) if there are any.
 // Writes: mask (x: weight in the ray budget in steps of 1/255, 0: no rays, between 0 and 1: no more rays; y: weight of
 //   rays in the composite, 0..1), half resolution.
+// Over: the tiles with rays of RayTiles; elsewhere what it writes is 0.
 // Fills: RayHistogram (masked pixels per weight step).
 // Method: dilation as in mask_rows.comp. The weight is the poster's (2.1): the edge response, raised by the deviation
 // of the rays from the moments accumulated so far (Schied et al. 2017), of the pixels around; a pixel without history
-// gets all it can. A still pixel that is settled (SETTLE) keeps its light and gets no more. Counts are integers, so that they come out the same in any order.
+// gets all it can. A still pixel that is settled (SETTLE) keeps its light and gets no more. Counts are
+// integers, so that they come out the same in any order.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "lib/mask.glsl"
@@ -103,7 +105,7 @@ vec2 dilated(ivec2 p, ivec2 tile, int height) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), p = texel_of(tile, 8);
     if (tile.x < 0) return;
     ivec2 size = imageSize(out_mask);
     uint lane = gl_LocalInvocationIndex;

@@ -4,6 +4,7 @@
 // Writes: mask_edges (x: response 0..1, 0 below the threshold; y: reach of the edge's near blur, half-res px, 0 if
 //   nothing near), half resolution; mask_tiles (largest reach in the tile, half-res px; one texel per 8x8 half-res
 //   px).
+// Over: the tiles of EdgeTiles; elsewhere what it writes is 0.
 // Fills: MaskReach (the largest reach of all edges, as float bits).
 // Method: poster (Tan et al. 2020), 2.1: a 5x5 Sobel kernel on smoothed normal and depth. Depth is measured in CoC px,
 // in which an edge matters by how far its blur moves, whatever the scene's scale; the surface's own slope is taken off.
@@ -65,7 +66,7 @@ vec2 edge_at(ivec2 p) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), p = texel_of(tile, 8);
     if (tile.x < 0) return;
     bool inside = all(lessThan(p, imageSize(out_mask_edges)));
     uint lane = gl_LocalInvocationIndex;

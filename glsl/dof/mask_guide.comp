@@ -2,6 +2,7 @@
 // Reads: normal (world, octahedral; w: 1 on a surface), coc (signed radius, px), full resolution.
 // Writes: mask_guide (xyz: mean normal, w: mean CoC, px), mask_slope (x: most negative CoC, px; yz: what CoC changes
 //   per half-res px along x and y by the surface's own slope), half resolution.
+// Over: the tiles of EdgeTiles; elsewhere what it writes is 0.
 // Method: a 2x2 mean, which is also the first step of the poster's Gaussian; the slope by minmod (lib/mask.glsl).
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
@@ -32,7 +33,7 @@ float slope(ivec2 block, ivec2 axis) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), p = texel_of(tile, 8);
     if (tile.x < 0 || any(greaterThanEqual(p, imageSize(out_mask_guide)))) return;
     last = textureSize(in_coc, 0) - 1;
     vec4 sum = vec4(0.0);

@@ -1,6 +1,7 @@
 // Smooths what the mask finds edges in, along one axis, so that noise and aliasing call for no rays.
 // Reads: guide (xyz: normal, w: CoC, px; means over 2x2 px, half resolution).
 // Writes: the same after a Gaussian along x (AXIS 0) or y (AXIS 1).
+// Over: the tiles of EdgeTiles; elsewhere what it writes is 0.
 // Method: poster (Tan et al. 2020), 2.1, "a Gaussian on the G-buffer", as two separable passes.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
@@ -22,7 +23,7 @@ const int REACH = 3;  // two standard deviations of the Gaussian's largest setti
 const ivec2 ALONG = ivec2(1 - AXIS, AXIS);
 
 void main() {
-    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), p = texel_of(tile, 8);
     if (tile.x < 0 || any(greaterThanEqual(p, imageSize(OUT)))) return;
     float sigma = 0.5 * frame.mask_smoothing;
     vec4 sum = fetch_finite(in_guide, p);

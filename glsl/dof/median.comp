@@ -1,6 +1,6 @@
 // Removes the gather's sampling noise without softening edges.
-// Reads: far_gather (radiance; a: validity) and, if there is a near layer, near_gather (premultiplied; a: coverage), half
-// resolution; tiles_dilated (px).
+// Reads: far_gather (radiance; a: validity) and, if there is a near layer, near_gather (premultiplied; a: coverage),
+// half resolution; tiles_dilated (px).
 // Writes: far_blur, near_blur, half resolution.
 // Method: 3x3 median per channel (Jimenez 2014, post filter). Only where the kernel's rings lie well apart is there
 // noise. A median keeps no mean: of the bokeh of a small light it would take 4 to 7 %. So what it takes away is given

@@ -1,13 +1,14 @@
 // Puts the blurred picture together at full resolution: what is sharp, what is blurred behind it, and the near layer
 // over both.
-// Reads: lit (radiance), coc (px), full resolution; tiles_dilated (px); as far as anything is blurred at half resolution:
-// far_blur (radiance; a: validity), half_color (a: CoC, px), near_blur (premultiplied; a: coverage), near_specular
-// (luminance, lit scenes only).
+// Reads: lit (radiance), coc (px), full resolution; tiles_dilated (px); as far as anything is blurred at half
+//   resolution: far_blur (radiance; a: validity), half_color (a: CoC, px), near_blur (premultiplied; a: coverage),
+//   near_specular (luminance, lit scenes only).
+// Over: the tiles of TileWork, a class at a time.
 // Writes: post (radiance; a: specular luminance of the near layer, premultiplied); post_behind (radiance behind the
 //   near layer; a: 1 where anything was seen) if the hybrid reads it; full resolution.
 // Method: upsampling and composite of Jimenez 2014. The half-res picture behind the near layer is weighted by CoC
 // (joint bilateral upsampling, Kopf et al. 2007), so that no surface takes colour from another across a silhouette.
-// A class of tiles at a time (tile_classes.glsl), with what its tiles can hold: BLURRED, NEAR_LAYER, FAR_LAYER.
+// A class of tiles (tile_classes.glsl) has a kernel with what they can hold: BLURRED, NEAR_LAYER, FAR_LAYER.
 #include "shared/frame.glsl"
 #include "shared/fetch.glsl"
 #include "dof/tile_classes.glsl"
@@ -66,7 +67,7 @@ void store(ivec2 pixel, vec4 color, vec4 behind) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(), pixel = 16 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), pixel = texel_of(tile, 16);
     if (tile.x < 0 || any(greaterThanEqual(pixel, imageSize(out_post)))) return;
     vec4 sharp = fetch_light(in_lit, pixel);
     vec3 behind = sharp.rgb;

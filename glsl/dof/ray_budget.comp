@@ -2,8 +2,8 @@
 // Reads: RayHistogram (masked pixels per response step 1..255).
 // Fills: RayBudget (rays per response step).
 // Method: the mean of clamp(scale * level, fewest, most) over the histogram grows with `scale`; each of 256
-// invocations tries one scale and the interval that holds the answer is divided again, four times: past float32. Running
-// sums over the levels make a try a matter of two look-ups. One work group.
+// invocations tries one scale and the interval that holds the answer is divided again, four times: past float32.
+// Running sums over the levels make a try a matter of two look-ups. One work group.
 #include "shared/frame.glsl"
 #include "lib/mask.glsl"
 

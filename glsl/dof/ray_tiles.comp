@@ -1,9 +1,10 @@
-// Lists tiles by whether any ray may be called for in them, for the passes that make and lay the traced layers.
-// Reads: mask_reach (farthest edge that reaches the tile, half-res px) and scout (x: share of rays that find unseen near
-//   surfaces), one texel per 16x16 px, as far as there are any; without mask_reach rays go everywhere.
+// Lists tiles by whether any ray may be called for in or next to them, for the passes that make and lay traced layers.
+// Reads: mask_reach (farthest edge that reaches the tile, half-res px) and scout (x: share of rays that find unseen
+//   near surfaces), one texel per 16x16 px, as far as there are any; without mask_reach rays go everywhere.
 // Fills: RayTiles (list_tile.glsl).
-// Method: conservative. A pixel of the mask takes its edges from its own tile's reach and its scouts from the tiles next
-// to it (mask.comp); the composite interpolates, so a tile next to one with rays counts, too. A spline of scouts is at most their largest, but for rounding.
+// Method: conservative. A pixel of the mask takes its edges from its own tile's reach and its scouts from the tiles
+// around it (mask.comp), whose spline is at most their largest, but for rounding. The composite interpolates up to a
+// texel from the tile next to it.
 #include "shared/fetch.glsl"
 #include "lib/mask.glsl"
 #include "dof/ray_tiles.glsl"
@@ -22,7 +23,7 @@ const int AROUND = 2;  // tiles: one from scouts to the mask of a pixel, one fro
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy), size = tile_count(frame.size_px);
     if (any(greaterThanEqual(tile, size))) return;
-    uint class_ = RAYS;
+    uint class_ = uint(RAYS);
 #if HAS_MASK_REACH
     float reach = 0.0, found = 0.0;
     for (int y = -AROUND; y <= AROUND; y++) {
@@ -34,7 +35,7 @@ void main() {
 #endif
         }
     }
-    if (reach == 0.0 && scouted_share(1.001 * found) == 0.0) class_ = NO_RAYS;
+    if (reach == 0.0 && scouted_share(1.001 * found) == 0.0) class_ = uint(NO_RAYS);
 #endif
     list_tile(tile, class_);
 }

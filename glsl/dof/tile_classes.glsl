@@ -1,5 +1,6 @@
-// What kinds of tiles the post-process tells apart, each drawn by a kernel that holds no more than it needs, over a list
-// of its own. For the passes that fill and follow those lists, and for app/frame/post.py, which names them in this order.
+// What kinds of tiles the post-process tells apart, each drawn by a kernel that holds no more than it needs, over a
+// list of its own. For the passes that fill and follow those lists, and for app/frame/post.py, which names them in this
+// order.
 // Method: tile classification with indirect dispatch (Jimenez 2014, slide 91, has two classes).
 #include "dof/layers.glsl"
 

@@ -19,7 +19,7 @@ vec2 layered(vec2 reach) {
 }
 
 void main() {
-    ivec2 tile = ivec2(gl_GlobalInvocationID.xy), size = textureSize(in_tiles_dilated, 0);
+    ivec2 tile = ivec2(gl_GlobalInvocationID.xy), size = tile_count(frame.size_px);
     if (any(greaterThanEqual(tile, size))) return;
     uint class_ = TILE_CLASSES == 1 ? tile_class(layered(fetch_finite(in_tiles_dilated, tile).xy)) : MIXED;
     list_tile(tile, class_);

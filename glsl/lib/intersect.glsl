@@ -41,7 +41,8 @@ RaySetup prepare_ray(Ray ray, vec3 lo, vec3 hi) {
     setup.inverse = 1.0 / finite;
     vec3 reach = max(abs(lo - ray.origin), abs(hi - ray.origin));
     // The last term keeps the sum with a far origin from rounding the margin away.
-    vec3 margin = (2.0 * TRIANGLE_ERROR + GRID_ERROR) * max(reach.x, max(reach.y, reach.z)) + ROUNDING * abs(ray.origin);
+    float largest = max(reach.x, max(reach.y, reach.z));
+    vec3 margin = (2.0 * TRIANGLE_ERROR + GRID_ERROR) * largest + ROUNDING * abs(ray.origin);
     setup.backward = lessThan(setup.inverse, vec3(0.0));
     vec3 towards = mix(margin, -margin, setup.backward);
     setup.origin_near = ray.origin + towards;

@@ -16,7 +16,8 @@ void main() {
     if (all(lessThan(texel, textureSize(in_target, 0)))) {
         uvec4 bits = floatBitsToUint(texelFetch(in_target, texel, 0)), size = bits & 0x7fffffffu;
         bool bad = any(greaterThanEqual(size, uvec4(0x7f800000u)));
-        bool below = any(notEqual(unsigned_components * (bits >> 31u) * min(size, uvec4(1u)), uvec4(0u)));  // -0 is none
+        // -0 is no negative number.
+        bool below = any(notEqual(unsigned_components * (bits >> 31u) * min(size, uvec4(1u)), uvec4(0u)));
         if (bad) atomicAdd(counted[0], 1u);
         else if (below) atomicAdd(counted[1], 1u);
     }

@@ -6,6 +6,7 @@
 // Writes: near_layer, far_layer (accumulated, premultiplied; a: share of rays), layer_state (x: rays in the near mean,
 //   y: in the far mean; z: hit ratio; w: still frames that they hold, 0: nothing), layer_coc, layer_moments (CoC and
 //   moments, accumulated), near_light, far_light (what the composite lays: premultiplied; a: share), half resolution.
+// Over: the tiles with rays of RayTiles; elsewhere what it writes is 0.
 // Method: poster, 2.2: exponential moving average with reprojection per layer (Lehtinen et al. 2011); a still picture
 // takes the plain mean. Both layers move by the mean screen motion of their own hits, or of their neighbours' where no
 // ray hit that layer; history that is off screen or lies at another depth is dropped (REJECTION). Motion composes by
@@ -155,7 +156,7 @@ vec4 composed(vec4 layer, float share) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), p = texel_of(tile, 8);
     if (tile.x < 0 || any(greaterThanEqual(p, imageSize(out_near_layer)))) return;
     Mean near = NOTHING, far = NOTHING;
     vec4 near_light = vec4(0.0), far_light = vec4(0.0);

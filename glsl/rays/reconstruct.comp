@@ -3,6 +3,7 @@
 //   nothing is held), layer_coc (px; near, far), layer_smoothing (how much of each layer is noise, 0..1), half
 //   resolution.
 // Writes: near_smooth, far_smooth (as near_light and far_light), half resolution.
+// Over: the tiles with rays of RayTiles; elsewhere what it writes is 0.
 // Method: poster, 2.2: a circular gather scaled by CoC, here one radius a layer, so that what is in focus behind blur
 // stays sharp. Samples whose CoC is smaller than their distance are rejected. Two pixels exchange as much as the less
 // noisy one of them may give and take: light only moves, none is made or lost, and converged regions stay as they are.
@@ -62,7 +63,7 @@ vec4 far_around(ivec2 p) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), p = texel_of(tile, 8);
     if (tile.x < 0 || any(greaterThanEqual(p, imageSize(out_near_smooth)))) return;
     vec4 near = fetch_finite(in_near_light, p), far = fetch_finite(in_far_light, p);
     vec4 state = fetch_finite(in_layer_state, p);

@@ -9,7 +9,7 @@
 #include "shared/fetch.glsl"
 #include "lib/sampling.glsl"
 #include "lib/mask.glsl"
-#include "lib/tile_reach.glsl"
+#include "lib/tile.glsl"
 #include "rays/lens_ray.glsl"
 #include "rays/hit.glsl"
 

@@ -3,6 +3,7 @@
 //   (compressed luminance and its square, of the near and the far part), half resolution.
 // Writes: layer_smoothing (x: of the near, y: of the far layer, 0..1; zw: how far either is gathered, half-res px),
 //   half resolution.
+// Over: the tiles with rays of RayTiles; elsewhere what it writes is 0.
 // Method: poster, 2.2, "weighted based on clamped variance estimates", as a local Wiener filter (Lee 1980): the
 // accumulated variance, pooled over the kernel, is what the neighbours' means differ by without differing in truth.
 #include "rays/neighbours.glsl"
@@ -62,7 +63,7 @@ vec2 smoothing(Statistics sum, float rays, vec3 variance) {
 }
 
 void main() {
-    ivec2 tile = listed_tile(), p = 8 * tile + ivec2(gl_LocalInvocationID.xy);
+    ivec2 tile = listed_tile(), p = texel_of(tile, 8);
     if (tile.x < 0 || any(greaterThanEqual(p, imageSize(out_layer_smoothing)))) return;
     vec4 state = fetch_finite(in_layer_state, p);
     vec2 share = vec2(0.0), radius = vec2(0.0);

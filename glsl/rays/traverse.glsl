@@ -8,10 +8,10 @@
 //   nodes: Ylitie, Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs").
 //   All loops test at their end: a SIMD rasteriser goes once more through the body of a loop that tests at its start.
 //
-// With HAS_ALPHA_MASK the including shader defines `alpha_passes`: whether a ray stops at this point of a material. A ray
-// that meets a hole sets out again from there: a mask costs a texture and a dozen fetches, and is asked once for each
-// closest hit, not for every triangle that might become it. A software rasteriser, which skips no branch, would pay for
-// it with every triangle of the scene that it tests: passes that trace took 1.4 to 1.7 times as long.
+// With HAS_ALPHA_MASK the including shader defines `alpha_passes`: whether a ray stops at this point of a material. A
+// ray that meets a hole sets out again from there: a mask costs a texture and a dozen fetches, and is asked once for
+// each closest hit, not for every triangle that might become it. A software rasteriser, which skips no branch, would
+// pay for it with every triangle of the scene that it tests: passes that trace took 1.4 to 1.7 times as long.
 #include "shared/records.glsl"
 #include "shared/objects.glsl"
 #include "lib/intersect.glsl"
@@ -84,8 +84,9 @@ uint next_leaf(uint node, RaySetup setup, float t_min, float t_max) {
     return node;
 }
 
-// Tests the triangles of a leaf; keeps the closest hit, of equally close ones the first drawn, as the raster's depth test
-// does: duplicates then look the same in all views, whatever the tree. At t_min itself, turns up to `after` do not count.
+// Tests the triangles of a leaf; keeps the closest hit, of equally close ones the first drawn, as the raster's depth
+// test does: duplicates then look the same in all views, whatever the tree. At t_min itself, turns up to `after` do not
+// count.
 void intersect_leaf(uint leaf, RaySetup setup, Ray ray, float after, inout Hit hit) {
     uint i = leaf & FIRST_MASK, end = i + ((leaf >> 28) & 7u) + 1u;
     do {

@@ -75,7 +75,7 @@ def assert_sound(frame: FramePlan) -> None:
     """Everything is written before it is read, and everything that runs is used."""
     written: set[str] = set()
     for call in frame.calls:
-        assert {target for _, target in call.reads} | set(call.step.buffers) <= written
+        assert {target for _, target in call.reads} | set(call.step.takes) <= written
         written |= {*call.writes, *call.step.fills}
         assert set(call.writes) <= TARGETS.keys()
         assert call.reason
@@ -84,7 +84,7 @@ def assert_sound(frame: FramePlan) -> None:
     for call in reversed(frame.calls):
         produced = {*call.writes, *call.step.fills}
         assert produced & used, f"{call.step.name} runs for nothing"
-        used |= {t for _, t in call.reads} | {*call.step.buffers, *call.step.history}
+        used |= {t for _, t in call.reads} | {*call.step.takes, *call.step.history}
     assert frame.calls[-1].writes == ("display",)
     ran = names(frame)
     assert len(set(ran)) == len(ran)
@@ -223,15 +223,14 @@ def test_static_settings_reach_a_define_and_others_do_not() -> None:
 def test_every_target_and_buffer_is_written_and_used_by_some_pass() -> None:
     written = {t for p in ALL_PASSES for t in (*p.writes, *p.updates, *p.offers, *(t for t, _ in p.writes_if))}
     assert written == TARGETS.keys()
-    filled, used = {b for p in ALL_PASSES for b in p.fills}, {b for p in ALL_PASSES for b in p.buffers}
-    used |= {p.indirect[0] for p in ALL_PASSES if p.indirect}
+    filled, used = {b for p in ALL_PASSES for b in p.fills}, {b for p in ALL_PASSES for b in p.takes}
     assert filled == used == BUFFERS.keys()
 
 
 def test_passes_name_only_what_exists() -> None:
     for p in ALL_PASSES:
         assert {split_read(r)[1] for r in (*p.reads, *p.optional)} | {*p.history, *p.updates} <= TARGETS.keys(), p.name
-        assert {*p.buffers, *p.fills} <= BUFFERS.keys(), p.name
+        assert {*p.takes, *p.fills} <= BUFFERS.keys(), p.name
         assert not p.grid or p.grid in TARGETS, p.name
         assert p.kind == "raster" or p.writes or p.updates or p.grid, f"{p.name} has no grid"
     assert len({p.name for p in PASSES}) == len(PASSES)

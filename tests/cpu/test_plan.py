@@ -102,6 +102,13 @@ def test_conditional_outputs_exist_only_when_they_apply(emissive: bool) -> None:
     assert frame.calls[0].defines == frame.calls[1].defines == (("HAS_E", int(emissive)),)
 
 
+def test_a_grid_that_nothing_touches_is_a_defect() -> None:
+    """Its texture would be made beside the plan, only to tell a size."""
+    with pytest.raises(PlanError, match=r"the size of \['other'\]"):
+        plan([step("a", writes=("x",), grid="other")], "x", Settings(), FACTS)
+    assert plan([step("a", writes=("x",), grid="x")], "x", Settings(), FACTS).calls
+
+
 def test_buffers_are_inputs_and_fills_are_outputs() -> None:
     fill, use = step("f", fills=("Work",)), step("u", buffers=("Work",), writes=("v",))
     assert names(planned("v", fill, use)) == ["f", "u"]

@@ -60,7 +60,7 @@ class HybridRig:
         """Run passes in the given order, over the tiles that they are for or, `everywhere`, over all; `frame` sets
         fields of the uniform block beside those of the settings.
         """
-        if not everywhere and any("RayTiles" in PASSES[n].buffers for n in names) and "ray_tiles" not in names:
+        if not everywhere and any(PASSES[n].over == "RayTiles" for n in names) and "ray_tiles" not in names:
             names = ("ray_tiles", *names)
         self._block.write(self._frame(frame).tobytes())
         for name in {block for n in names for block in PASSES[n].fills}:
@@ -101,6 +101,7 @@ class HybridRig:
         values = {
             "size_px": self._size,
             "inverse_size": (1 / self._size[0], 1 / self._size[1]),
+            "max_coc_px": s.post.max_coc * self._size[1],
             "mask_sensitivity": s.mask.sensitivity,
             "mask_threshold": s.mask.threshold,
             "mask_smoothing": s.mask.smoothing,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -200,6 +201,38 @@ def test_a_typo_on_either_side_names_the_pass(
     with pytest.raises(ShaderError, match=message):
         check_names(call(reads, writes), program)  # type: ignore[arg-type]
     check_names(call(("lit",), ("post",)), program)  # type: ignore[arg-type]
+    programs.release()
+
+
+BLOCK = "layout(std430) readonly buffer RayTiles { uvec4 work[2]; };\n"
+READS_BLOCK = HEAD + IMAGE + BLOCK + "void main() { imageStore(out_post, ivec2(0), vec4(work[0])); }\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "blocks", "message"),
+    [
+        (READS_BLOCK, {}, r"pass mine: x\.comp uses \['RayTiles'\], which the pass does not declare"),
+        (READS_BLOCK, {"over": "EdgeTiles"}, r"pass mine: x\.comp uses \['RayTiles'\]"),
+        (READS_BLOCK.replace("RayTiles", "Misspelt"), {"buffers": ("RayTiles",)}, r"uses \['Misspelt'\]"),
+        (READS_BLOCK, {"over": "RayTiles", "fills": ("MaskReach",)}, r"pass mine declares \['MaskReach'\]"),
+    ],
+)
+def test_a_block_that_either_side_does_not_know_names_the_pass(
+    ctx: moderngl.Context, tmp_path: Path, text: str, blocks: dict[str, Any], message: str
+) -> None:
+    """Bound to nothing, it would read whatever lies at the first binding."""
+    programs, program = compiled(ctx, tmp_path, text)
+    step = Pass("mine", "x.comp", reads=("lit",), writes=("post",), **blocks)
+    with pytest.raises(ShaderError, match=message):
+        check_names(Call(step, (("lit", "lit"),), ("post",), (), ""), program)  # type: ignore[arg-type]
+    programs.release()
+
+
+@pytest.mark.parametrize("blocks", [{"over": "RayTiles"}, {"buffers": ("RayTiles",)}, {"fills": ("RayTiles",)}])
+def test_a_block_may_be_read_filled_or_run_over(ctx: moderngl.Context, tmp_path: Path, blocks: dict[str, Any]) -> None:
+    programs, program = compiled(ctx, tmp_path, READS_BLOCK)
+    step = Pass("mine", "x.comp", reads=("lit",), writes=("post",), **blocks)
+    check_names(Call(step, (("lit", "lit"),), ("post",), (), ""), program)  # type: ignore[arg-type]
     programs.release()
 
 

@@ -8,7 +8,7 @@ import moderngl
 import pytest
 
 from app.gpu.programs import Programs
-from app.gpu.shaders import VERSION, ShaderError, assemble, explain
+from app.gpu.shaders import VERSION, ShaderError, assemble, explain, load_glsl
 
 FILES = {
     "main.comp": '// purpose\n#include "a.glsl"\n#include "b.glsl"\nvoid main() {}\n',
@@ -37,6 +37,12 @@ def test_every_line_knows_where_it_came_from() -> None:
 
 def test_equal_defines_give_equal_text() -> None:
     assert assemble("c.glsl", FILES, {"A": 1, "B": 2}).text == assemble("c.glsl", FILES, {"B": 2, "A": True}).text
+
+
+def test_lines_are_as_short_as_those_of_the_other_code() -> None:
+    for name, text in load_glsl().items():
+        if name != "shared/structs.glsl":  # printed from app/gpu/layout.py
+            assert not [line for line in text.splitlines() if len(line) > 120], name
 
 
 def test_a_missing_include_names_who_asked() -> None:

@@ -136,13 +136,15 @@ def test_no_pass_leaves_or_reads_a_texel_that_it_did_not_write(
         renderer.release()
 
 
-@pytest.mark.parametrize("view", [*VIEWS, "near_gather"])
-def test_a_frame_takes_what_its_plan_says(ctx: moderngl.Context, view: str) -> None:
+@pytest.mark.parametrize("variation", ["as the scene has it", "rays everywhere"])
+@pytest.mark.parametrize("view", [*VIEWS, "near_gather", "mask"])
+def test_a_frame_takes_what_its_plan_says(ctx: moderngl.Context, view: str, variation: str) -> None:
     stage = opened(ctx, "toy-train")
+    settings = varied(stage, variation)
     for share in (False, True):
         renderer = renderer_of(stage, share)
         for camera, time_s in list(frames(stage.camera, 0))[:3]:
-            renderer.draw(view, camera, stage.settings, time_s=time_s)
+            renderer.draw(view, camera, settings, time_s=time_s)
             memory = frame_memory(renderer.plan, SIZE)
             used = {name: count for name, count in own_bytes(renderer).items() if name != IDLE}
             assert sum(used.values()) == (memory.total if share else memory.unshared)

@@ -303,10 +303,10 @@ def test_every_part_of_every_view_can_be_tried_out(ctx: moderngl.Context, monkey
     lengths = []
 
     def watched(ctx: moderngl.Context, call, compiled, targets, scene) -> None:  # type: ignore[no-untyped-def]
-        for name in call.step.buffers:
+        for name in call.step.takes:
             lengths.append(np.frombuffer(targets.buffer(name).read(), "<u4").max())
         try_out(ctx, call, compiled, targets, scene)
-        for name in (*call.step.buffers, *call.step.fills):
+        for name in (*call.step.takes, *call.step.fills):
             targets.buffer(name).clear(chunk=b"\xff\xff\xff\x7f")
 
     monkeypatch.setattr(rehearsals, "try_out", watched)
