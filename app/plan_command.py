@@ -26,6 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="draw it, and tell what each pass costs and what each that is left out would",
     )
+    parser.add_argument("--explain", action="store_true", help="say what each pass is for")
     parser.add_argument(
         "--programs",
         action="store_true",
@@ -58,26 +59,47 @@ def plan(options: argparse.Namespace) -> int:
         f"{options.view} of {options.scene} at {options.size[0]}x{options.size[1]}: "
         f"aperture {settings.lens.aperture:g} m, focus {settings.lens.focus_distance:g} m"
     )
-    print(
-        f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus "
-        f"and {facts.far_coc_px:.1f} px behind it (radius); "
-        f"the post-process gathers up to {settings.post.max_coc * options.size[1]:.0f} px (post.max_coc)"
-    )
+    print(_circles(facts, settings.post.max_coc * options.size[1], any(c.step.name == "gather" for c in frame.calls)))
     lines = _measured(options, scene, triangles, viewpoint, settings) if options.measure else _planned(frame)
     print(*(f"  {line}" for line in lines), sep="\n")
+    if options.explain:
+        print("what each is for:", *_purposes(frame), sep="\n  ")
     if options.programs:
         print(*_programs(options.view, settings, facts), sep="\n  ")
     print("memory of the frame, targets that share a texture together:", *memory_lines(frame, options.size), sep="\n  ")
     return 0
 
 
+def _circles(facts: Facts, most_px: float, gathered: bool) -> str:
+    """How large circles of confusion can get in this view, and what the post-process makes of them."""
+    said = (
+        f"circles of confusion reach {facts.near_coc_px:.1f} px in front of focus "
+        f"and {facts.far_coc_px:.1f} px behind it (radius)"
+    )
+    if gathered and max(facts.near_coc_px, facts.far_coc_px) > most_px:
+        said += f"; the post-process draws those beyond {most_px:.0f} px at that size (post.max_coc)"
+    return said
+
+
 def _planned(frame: FramePlan) -> list[str]:
-    """A line per pass: its reason and its permutation."""
-    lines = []
+    """A line per pass: its reason, and those of its defines that its shader asks for."""
+    from .gpu.shaders import canonical, load_glsl
+
+    lines, files = [], load_glsl()
     for call in frame.calls:
-        defines = " ".join(f"{name}={value}" for name, value in call.defines if value)
+        _, asked, _ = canonical((call.step.shader, call.defines, ()), files)
+        defines = " ".join(f"{name}={value}" for name, value in asked if value)
         lines.append(f"runs   {call.step.name:<{NAME_WIDTH}}{call.reason}{'; ' + defines if defines else ''}")
     return lines + [f"skips  {skipped.name:<{NAME_WIDTH}}{skipped.reason}" for skipped in frame.skipped]
+
+
+def _purposes(frame: FramePlan) -> list[str]:
+    """A line per pass, those that do not run included."""
+    from .gpu.purpose import purpose
+
+    shaders = [(call.step.name, call.step.shader) for call in frame.calls]
+    shaders += [(left.name, left.shader) for left in frame.skipped]
+    return [f"{name:<{NAME_WIDTH}}{purpose(shader)}" for name, shader in shaders]
 
 
 def _programs(view: str, settings: Settings, facts: Facts) -> list[str]:
@@ -92,7 +114,8 @@ def _programs(view: str, settings: Settings, facts: Facts) -> list[str]:
         f"shader programs: {now.total()} in this frame, {next_step.total()} within one step of it (another view, "
         f"camera or lens, one setting changed, any target); a window keeps at most {MOST_PROGRAMS}"
     )
-    return [head, *(f"{shader:<28}{now[shader]:3}{next_step[shader]:5}" for shader in sorted(next_step))]
+    titles = f"{'':<28}{'now':>4}{'next':>6}"
+    return [head, titles, *(f"{shader:<28}{now[shader]:4}{next_step[shader]:6}" for shader in sorted(next_step))]
 
 
 def _measured(options: argparse.Namespace, scene: Any, triangles: Any, viewpoint: Any, settings: Any) -> list[str]:

@@ -48,6 +48,8 @@ CONVERGING = (*LENS_RAYS, *LENS_POINTS)
 
 OF_MOTION = ("motion", "gradient")  # targets that are written while something moves
 
+ASKED_FOR = "it is what was asked for; while nothing moves it finds nothing"
+
 # The mask before the gather: the normals that it reads are full resolution, and so is what the post-process writes.
 PASSES = (*RASTER, *TILES, *MASKING, *GATHERING, *TRACING, *TRACED, *REFERENCE)
 
@@ -84,10 +86,17 @@ def target_plan(target: str, settings: Settings, facts: Facts) -> FramePlan:
     if target not in TARGETS or target in ("display", "resolved"):
         names = ", ".join((*VIEWS, *(t for t in TARGETS if t not in ("display", "resolved") and t not in VIEWS)))
         raise UserError(f"--view {target}: there is no such view or target; choose one of {names}")
-    if target in OF_MOTION and not facts.moved:
+    if forced := target in OF_MOTION and not facts.moved:
         facts = replace(facts, camera_moved=True)  # zeros are worth seeing, too
     plan(PASSES, target, settings, facts)  # raises, with the reason, where this scene does not call for the target
-    return plan((*PASSES, show_pass(TARGETS[target])), "display", settings, facts)
+    frame = plan((*PASSES, show_pass(TARGETS[target])), "display", settings, facts)
+    return _asked_for(frame) if forced else frame
+
+
+def _asked_for(frame: FramePlan) -> FramePlan:
+    """The same with the true reason for passes that otherwise wait for something to move."""
+    calls = (replace(c, reason=ASKED_FOR) if c.step.name in OF_MOTION else c for c in frame.calls)
+    return replace(frame, calls=tuple(calls))
 
 
 def linear_target(frame: FramePlan) -> str:

@@ -33,7 +33,7 @@ def plan(passes: Sequence[Pass], output: str, settings: Settings, facts: Facts) 
     for step in passes:
         if step.name not in live:
             reason = "nothing shown reads it" if needs[step.name].runs else needs[step.name].reason
-            skipped.append(Skipped(step.name, reason))
+            skipped.append(Skipped(step.name, reason, step.shader))
             continue
         present = tuple(r for r in step.optional if split_read(r)[1] in producers)
         reads = tuple(split_read(r) for r in (*step.reads, *present))

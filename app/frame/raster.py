@@ -24,8 +24,8 @@ def shading_defines(settings: Settings, facts: Facts) -> Defines:
         ("NORMAL_MAPPED", int(facts.normal_mapped and lit(settings))),
         ("EMISSIVE", int(facts.emissive)),
         ("ALPHA_MASKED", int(facts.alpha_masked)),
-        ("POINT_LIGHTS", int(facts.lights > int(facts.sun))),
-        ("SUN", int(facts.sun)),
+        ("POINT_LIGHTS", int(facts.lights > int(facts.sun) and lit(settings))),
+        ("SUN", int(facts.sun and lit(settings))),
         ("SHADOWS", int(facts.sun and settings.shading.shadows and lit(settings))),
     )
 

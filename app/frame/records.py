@@ -162,6 +162,7 @@ class Skipped:
 
     name: str
     reason: str
+    shader: str = ""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from imgui_bundle import imgui
 
+from ..gpu.purpose import purpose
 from . import style
 from .costs import muted
 from .model import Cost, Request, Shown
@@ -19,6 +20,7 @@ class Row:
     """One pass as it is listed. `ms`: its cost, or of a pass that does not run its saving; None: never measured."""
 
     name: str
+    shader: str
     runs: bool
     reason: str
     ms: float | None
@@ -36,8 +38,8 @@ def rows_of(cost: Cost, shown: Shown) -> list[Row]:
     if cost.plan is None:
         return []
     times, saved = dict(cost.timings), {**cost.before, **shown.full_ms}
-    runs = [Row(call.step.name, True, call.reason, times.get(call.step.name)) for call in cost.plan.calls]
-    return runs + [Row(left.name, False, left.reason, saved.get(left.name)) for left in cost.plan.skipped]
+    runs = [Row(c.step.name, c.step.shader, True, c.reason, times.get(c.step.name)) for c in cost.plan.calls]
+    return runs + [Row(left.name, left.shader, False, left.reason, saved.get(left.name)) for left in cost.plan.skipped]
 
 
 class EffectsSection:
@@ -85,7 +87,7 @@ class EffectsSection:
         columns = imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop
         if not imgui.begin_table(f"effects {side}", 3, columns):
             return
-        for name, share in (("pass", 0.30), ("ms", 0.22), ("why", 0.48)):
+        for name, share in (("pass", 0.36), ("ms", 0.20), ("why", 0.44)):
             imgui.table_setup_column(name, imgui.TableColumnFlags_.none, share)
         for row in rows:
             self._draw_row(row, now_s - self._changed_s.get((side, row.name), -FLASH_S))
@@ -100,6 +102,8 @@ class EffectsSection:
         imgui.push_style_color(imgui.Col_.text, style.ACCENT if row.runs else style.MUTED)
         imgui.text_unformatted(row.name)
         imgui.pop_style_color()
+        if imgui.is_item_hovered():
+            imgui.set_tooltip(purpose(row.shader))
         imgui.table_next_column()
         imgui.text_colored(imgui.get_style_color_vec4(imgui.Col_.text) if row.runs else style.MUTED, row.figure)
         imgui.table_next_column()

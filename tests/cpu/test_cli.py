@@ -219,6 +219,32 @@ def test_a_plan_prints_what_runs_what_does_not_and_why(capsys: pytest.CaptureFix
     assert all(len(words) > 3 for words in (*runs, *skips)), "each with its reason"
 
 
+def test_a_plan_says_what_each_pass_is_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "still-life", "--explain"]) == 0
+    _, said = capsys.readouterr().out.split("what each is for:\n")
+    told = dict(line.split(maxsplit=1) for line in said.splitlines() if line.startswith("  ") and " MiB " not in line)
+    assert told["edge_tiles"].startswith("Lists the tiles")
+    assert {"gbuffer", "motion", "traced"} <= told.keys(), "those that do not run, too"
+
+
+@pytest.mark.parametrize("view", ["motion", "gradient"])
+def test_what_only_runs_to_be_looked_at_says_so(capsys: pytest.CaptureFixture[str], view: str) -> None:
+    assert main(["plan", "still-life", "--view", view]) == 0
+    assert f"runs {view} it is what was asked for" in spaced(capsys.readouterr().out)
+
+
+def test_an_unlit_plan_asks_for_nothing_of_lights(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "still-life", "--shading.mode", "unlit"]) == 0
+    out = capsys.readouterr().out
+    assert not {"LIT=1", "SUN=1", "POINT_LIGHTS=1", "SHADOWS=1", "NORMAL_MAPPED=1"} & {*out.split()}
+
+
+def test_a_plan_tells_which_blur_the_post_process_cuts_only_where_it_does(capsys: pytest.CaptureFixture[str]) -> None:
+    for lens, cut in (("--lens.aperture=0", False), ("--lens.aperture=0.02", False), ("--lens.aperture=0.2", True)):
+        assert main(["plan", "still-life", "--size", "320x180", lens]) == 0
+        assert ("post.max_coc" in capsys.readouterr().out) == cut, lens
+
+
 def test_the_plan_of_a_scene_that_moves_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", "toy-train"]) == 0
     out = capsys.readouterr().out
@@ -280,7 +306,7 @@ def test_plan_lists_the_programs_of_a_frame_and_of_the_next_step(capsys: pytest.
     lines = capsys.readouterr().out.splitlines()
     head = next(k for k, line in enumerate(lines) if line.startswith("shader programs: "))
     now, next_step = map(int, re.findall(r"(\d+) (?:in this frame|within one step)", lines[head]))
-    rows = [line.split() for line in lines[head + 1 : next(k for k in range(head, len(lines)) if "memory" in lines[k])]]
+    rows = [line.split() for line in lines[head + 2 : next(k for k in range(head, len(lines)) if "memory" in lines[k])]]
     assert now == sum(int(row[1]) for row in rows) > 0
     assert next_step == sum(int(row[2]) for row in rows) > now
     assert {row[0] for row in rows if int(row[1])} == {

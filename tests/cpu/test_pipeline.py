@@ -18,6 +18,7 @@ from app.frame.output import SHOW_KINDS, display_pass, resolve_pass, show_pass
 from app.frame.pipeline import CONVERGING, OF_MOTION, PASSES, VIEWS, color_target, frame_plan, linear_target
 from app.frame.records import FramePlan, Pass, Permutation, split_read
 from app.frame.targets import BUFFERS, TARGETS
+from app.gpu.purpose import purpose
 from app.gpu.shaders import SUFFIXES, assemble, load_glsl
 from app.optics import IN_FOCUS_COC_PX
 from app.scene.facts import Facts
@@ -218,6 +219,12 @@ def test_static_settings_reach_a_define_and_others_do_not() -> None:
 
 
 # -- the tables --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shader", sorted({p.shader for p in ALL_PASSES}))
+def test_every_shader_opens_with_what_it_is_for(shader: str) -> None:
+    said = purpose(shader)
+    assert re.fullmatch(r"[A-Z][^.]{15,200}\.", said), said
 
 
 def test_every_target_and_buffer_is_written_and_used_by_some_pass() -> None:

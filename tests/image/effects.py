@@ -61,8 +61,8 @@ def pair_row(ctx: moderngl.Context, pair: Pair, size: Size) -> list[str] | None:
     first, second = shots
     if first is None or second is None:
         return None
-    told = _compared(*(_plan_and_rays(shot) for shot in (first, second)))
-    return [pair.name, f"{ratio(ctx, first, second):.2f}", f"{pair.most:.2f}", told]
+    told, found = _compared(*(_plan_and_rays(shot) for shot in (first, second))), ratio(ctx, first, second)
+    return [pair.name, f"{found:.2f}{'' if found <= pair.most else ' (missed)'}", f"{pair.most:.2f}", told]
 
 
 def _shot(ctx: moderngl.Context, side: Side, size: Size) -> Shot | None:
@@ -84,7 +84,10 @@ def _compared(first: tuple[FramePlan, int], second: tuple[FramePlan, int]) -> st
     if second[1]:
         return f"{first[1]} rays of {second[1]}, {100.0 * first[1] / second[1]:.1f} %"
     names = [[call.program for call in plan.parts] for plan, _ in (first, second)]
-    return "the same programs" if names[0] == names[1] else f"{len(names[0])} programs instead of {len(names[1])}"
+    if names[0] == names[1]:
+        return "the same programs"
+    counts = [len(n) for n in names]
+    return "leaner programs" if counts[0] == counts[1] else f"{counts[0]} programs instead of {counts[1]}"
 
 
 def main(arguments: list[str]) -> None:
