@@ -32,6 +32,11 @@ class Row:
             return ""
         return f"{self.ms if self.runs else -self.ms:.{1 if self.ms >= 100.0 else 2}f} ms"
 
+    @property
+    def why(self) -> str:
+        """The reason, as a list tells it."""
+        return self.reason if self.runs else f"skipped: {self.reason}"
+
 
 def rows_of(cost: Cost, shown: Shown) -> list[Row]:
     """Of one view: first what runs, in order, then what is left out."""
@@ -87,24 +92,39 @@ class EffectsSection:
         columns = imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_prop
         if not imgui.begin_table(f"effects {side}", 3, columns):
             return
-        for name, share in (("pass", 0.36), ("ms", 0.20), ("why", 0.44)):
+        for name, share in (("pass", 0.41), ("ms", 0.20), ("why", 0.39)):
             imgui.table_setup_column(name, imgui.TableColumnFlags_.none, share)
+        told = ""
         for row in rows:
-            self._draw_row(row, now_s - self._changed_s.get((side, row.name), -FLASH_S))
+            since_s = now_s - self._changed_s.get((side, row.name), -FLASH_S)
+            self._draw_row(row, "as above" if row.why == told else row.why, since_s)
+            told = row.why
         imgui.end_table()
 
-    def _draw_row(self, row: Row, since_s: float) -> None:
+    def _draw_row(self, row: Row, why: str, since_s: float) -> None:
+        """One line; `since_s`: how long ago it changed. What the pass is for shows under the pointer."""
         imgui.table_next_row()
         if since_s < FLASH_S:
             color = imgui.get_color_u32(imgui.ImVec4(*FLASH, 0.7 * (1.0 - since_s / FLASH_S)))
             imgui.table_set_bg_color(imgui.TableBgTarget_.row_bg1, color)
         imgui.table_next_column()
+        corner, width = imgui.get_cursor_screen_pos(), imgui.get_window_width()
         imgui.push_style_color(imgui.Col_.text, style.ACCENT if row.runs else style.MUTED)
         imgui.text_unformatted(row.name)
         imgui.pop_style_color()
-        if imgui.is_item_hovered():
-            imgui.set_tooltip(purpose(row.shader))
         imgui.table_next_column()
         imgui.text_colored(imgui.get_style_color_vec4(imgui.Col_.text) if row.runs else style.MUTED, row.figure)
         imgui.table_next_column()
-        muted(row.reason if row.runs else f"skipped: {row.reason}")
+        muted(why)
+        end = imgui.ImVec2(corner.x + width, imgui.get_cursor_screen_pos().y)
+        if imgui.is_window_hovered() and imgui.is_mouse_hovering_rect(corner, end, False):
+            _tell(f"{row.name}: {purpose(row.shader)}")
+
+
+def _tell(text: str) -> None:
+    """A tooltip of as many lines as it takes."""
+    imgui.begin_tooltip()
+    imgui.push_text_wrap_pos(22 * imgui.get_font_size())
+    imgui.text_unformatted(text)
+    imgui.pop_text_wrap_pos()
+    imgui.end_tooltip()

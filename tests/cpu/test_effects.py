@@ -72,3 +72,41 @@ def test_an_open_list_draws_with_what_is_being_measured() -> None:
             section.draw(shown(BLURRED, measuring=part), [])
             imgui.end()
             imgui.render()
+
+
+def test_the_pointer_over_a_row_tells_what_its_pass_is_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    monkeypatch.setattr("app.panel.effects._tell", told.append)
+    with interface() as io:
+        section = EffectsSection()
+        for y in range(0, 1200, 7):
+            io.add_mouse_pos_event(100.0, float(y))
+            imgui.new_frame()
+            imgui.set_next_window_pos(imgui.ImVec2(0.0, 0.0))
+            imgui.set_next_window_size(imgui.ImVec2(400.0, 1200.0))
+            imgui.begin("panel")
+            imgui.set_next_item_open(True)
+            section.draw(shown(BLURRED), [])
+            imgui.end()
+            imgui.render()
+    names = list(dict.fromkeys(text.partition(":")[0] for text in told))
+    assert names == [row.name for row in rows_of(shown(BLURRED).costs[0], shown(BLURRED))]
+    assert next(text for text in told if text.startswith("coc")).startswith("coc: Turns depth into")
+
+
+def test_a_reason_is_told_once_for_passes_in_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    monkeypatch.setattr("app.panel.effects.muted", told.append)
+    with interface():
+        imgui.new_frame()
+        imgui.begin("panel")
+        imgui.set_next_item_open(True)
+        EffectsSection().draw(shown(BLURRED), [])
+        imgui.end()
+        imgui.render()
+    rows = rows_of(shown(BLURRED).costs[0], shown(BLURRED))
+    assert len(told) == len(rows)
+    last = ""
+    for text, row in zip(told, rows, strict=True):
+        assert text == ("as above" if row.why == last else row.why)
+        last = row.why
