@@ -90,6 +90,12 @@ def target_plan(target: str, settings: Settings, facts: Facts) -> FramePlan:
     return plan((*PASSES, show_pass(TARGETS[target])), "display", settings, facts)
 
 
+def check_view(view: str) -> None:
+    """Raise UserError unless there is such a view, or such a target in some scene."""
+    if view not in VIEWS:
+        target_plan(view, Settings(), Facts(near_coc_px=10.0, far_coc_px=10.0))
+
+
 def linear_target(frame: FramePlan) -> str:
     """The target that holds the linear picture of a plan (what an .exr stores)."""
     return next(

@@ -61,6 +61,11 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "room.obj"
 
 
+def seen(scene: Path) -> tuple[str, ...]:
+    """The arguments that open a scene as the camera file beside it sees it."""
+    return str(scene), "--camera", str(scene.with_suffix(".json"))
+
+
 class Driver:
     """A running window. `wait` polls its status log; every wait fails with the last state it saw."""
 
@@ -139,7 +144,7 @@ class Driver:
 @pytest.fixture(scope="module")
 def shared_window(display: str, scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
     """One window that the tests of a module share."""
-    with Driver(display, tmp_path_factory.mktemp("window"), str(scene), "--view", "sharp") as driver:
+    with Driver(display, tmp_path_factory.mktemp("window"), *seen(scene), "--view", "sharp") as driver:
         yield driver
 
 
