@@ -199,10 +199,16 @@ def test_without_a_display_one_sentence_and_code_3(scene: Path, display_name: st
 
 
 @pytest.mark.parametrize(
-    ("arguments", "named"), [(("missing.glb",), "missing.glb"), (("still-life", "--view", "shrap"), "shrap")]
+    ("arguments", "named"),
+    [
+        (("missing.glb",), "missing.glb"),
+        (("still-life", "--view", "shrap"), "shrap"),
+        (("frobnicate",), "frobnicate"),
+    ],
 )
 def test_a_bad_scene_or_view_is_one_sentence_and_code_2(display: str, arguments: tuple[str, ...], named: str) -> None:
     done = run(*arguments, display=display)
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
     assert named in done.stderr
+    assert run(*arguments, display=None).stderr == done.stderr, "the same without a display"
