@@ -134,6 +134,7 @@ def test_a_material_without_any_library_is_noted(tmp_path: Path) -> None:
         ("f 1 2 3\nf 1 2 4", "line 5: a face refers to vertex 4, but the file has 3"),
         ("f -9 -2 -1", "line 4: a face refers to vertex -9, but the file has 3"),
         ("f 1//1 2//1 99//1", "line 4: a face refers to vertex 99, but the file has 3"),
+        ("f 1 2 " + "9" * 5000, "\u2026, but the file has 3"),
         ("f 1 2 9223372036854775808", "vertex 9223372036854775808, but the file has 3"),
     ],
 )

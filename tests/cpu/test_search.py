@@ -186,9 +186,11 @@ def noisy(fast: int, kept: int) -> Model:
 @pytest.mark.parametrize(("fast", "kept"), [(8, 4), (16, 4), (4, 2), (8, 8)])
 def test_a_noisy_time_does_not_make_more_samples_cheaper(fast: int, kept: int) -> None:
     goal = Goal(error=0.1)
-    search, _ = driven(goal, noisy(fast, kept))
+    search, asked = driven(goal, noisy(fast, kept))
     assert search.best is not None
     assert value_of(search.best, SAMPLES) == kept
+    dearest = max(value_of(key, SAMPLES) for key in asked if key[0] == "traced")
+    assert dearest <= 2 * kept, "it goes no further up than to the value beside it"
 
 
 def test_of_those_that_differ_in_samples_alone_the_fewest_are_promised_first() -> None:

@@ -125,8 +125,9 @@ class Driver:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The last line of the status log."""
-        lines = self._status.read_text().splitlines() if self._status.exists() else []
+        """The last line of the status log that is written to its end."""
+        text = self._status.read_text() if self._status.exists() else ""
+        lines = text[: text.rfind("\n") + 1].splitlines()
         return dict(json.loads(lines[-1])) if lines else {"drawn": False}
 
     def wait(self, condition: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
