@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import sys
 import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from . import commands, info_command, plan_command, presets, tune_command
+from .camera import read_viewpoint
 from .errors import UserError, tell
 from .frame.pipeline import VIEWS
 from .scene.gallery import DEFAULT
@@ -42,6 +44,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         options = _parsed(arguments)
         if "preset" in options:
             presets.resolve(options, DEFAULT_VIEW)
+        if "camera" in options:
+            options.viewpoint = read_viewpoint(options.camera) if options.camera else None
         module = {"plan": plan_command, "tune": tune_command, "info": info_command}.get(options.command, commands)
         code = int(getattr(module, options.command)(options) or 0)
         sys.stdout.flush()
@@ -63,11 +67,24 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
         if len(arguments) > 1 and not any(argument.startswith("-") for argument in arguments[:2]):
             raise UserError(f"there is no command {arguments[0]!r}; choose one of {', '.join(COMMANDS)}")
         arguments = ["view", *arguments]
-    options, unknown = parser().parse_known_args(arguments)
+    options, unknown = parser().parse_known_args(_joined(arguments))
     if unknown:
         raise UserError(f"{unknown[0]} is not an option here (see hybrid-dof {options.command} --help)")
     options.arguments = arguments
     return options
+
+
+def _joined(arguments: list[str]) -> list[str]:
+    """With `--option -4x5` as `--option=-4x5`: argparse takes for an option what begins with a dash, unless it is the
+    plainest of numbers.
+    """
+    joined: list[str] = []
+    for argument in arguments:
+        if joined and re.fullmatch(r"--[\w.-]+", joined[-1]) and re.match(r"-(\.?\d|inf|nan)", argument):
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
 
 
 def parser() -> argparse.ArgumentParser:

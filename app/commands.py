@@ -9,7 +9,7 @@ from dataclasses import asdict
 from importlib import metadata
 from typing import Any
 
-from .camera import Viewpoint, camera_values, read_viewpoint
+from .camera import Viewpoint, camera_values
 from .settings import Settings, parse, plain, put, to_dict, walk
 
 # lens samples per dispatch of a headless picture: long enough to keep the device busy, short enough for its watchdog
@@ -43,7 +43,7 @@ def given_settings(options: argparse.Namespace) -> dict[str, Any]:
 def optional_settings(options: argparse.Namespace) -> dict[str, Any]:
     """Those given as options."""
     return {
-        path: parse(path, text, leaf)
+        path: parse(f"--{path}", text, leaf)
         for path, leaf, _ in walk(Settings())
         if (text := getattr(options, path, None)) is not None
     }
@@ -56,23 +56,26 @@ def view(options: argparse.Namespace) -> int:
 
     check_folder(f"{options.screenshots}/picture.png", "--screenshots")
     settings = Settings()
-    viewpoint = read_viewpoint(options.camera) if options.camera else None
-    return open_window(options.scene, options.view, options.size, settings, viewpoint, given_settings(options), options)
+    given = given_settings(options)
+    return open_window(options.scene, options.view, options.size, settings, options.viewpoint, given, options)
 
 
 def shot(options: argparse.Namespace) -> int:
     """Render one picture."""
     from .files import check_folder
-    from .frame.pipeline import CONVERGING, LENS_RAYS
+    from .frame.pipeline import CONVERGING, LENS_RAYS, check_view
     from .gpu.context import device_name, headless_context
     from .picture import check_path, write_exr, write_json, write_png
     from .renderer import Renderer
+    from .scene.load import scene_file
     from .session import load_gpu_scene
 
     output = check_path(options.output)
     if options.report:
         check_folder(options.report, "--report")
     given = given_settings(options)
+    check_view(options.view)
+    scene_file(options.scene)
     ctx = headless_context()
     scene, gpu_scene = load_gpu_scene(ctx, options.scene, show_progress)
     viewpoint, settings = start_of(options, scene, (gpu_scene.facts.low, gpu_scene.facts.high), given)
@@ -180,7 +183,7 @@ def start_of(options: argparse.Namespace, scene: Any, bounds: Any, given: dict[s
     """From where a picture is taken, and with which settings."""
     from .session import focused, viewpoints
 
-    view = read_viewpoint(options.camera) if options.camera else viewpoints(scene, bounds)[0]
+    view = options.viewpoint or viewpoints(scene, bounds)[0]
     return view, focused(Settings(), view, given)
 
 

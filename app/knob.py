@@ -53,19 +53,19 @@ def put(group: Any, path: str, value: Any) -> Any:
     return replace(group, **{head: put(getattr(group, head), rest, value) if dot else value})  # type: ignore[type-var]
 
 
-def parse(path: str, text: str, leaf: Field[Any]) -> Any:
-    """The value that `text` means for a leaf, checked against its range. Raises UserError naming the option and what is
-    allowed.
+def parse(name: str, text: str, leaf: Field[Any]) -> Any:
+    """The value that `text` means for a leaf, checked against its range. Raises UserError that calls it by `name`, as
+    the user wrote it, and says what is allowed.
     """
     default = leaf.default
     try:
         value = _convert(text, default)
     except (ValueError, KeyError):
-        raise UserError(f"--{path} {text!r}: give {_expected(default)}") from None
+        raise UserError(f"{name} {text!r}: give {_expected(default)}") from None
     low, high = leaf.metadata["low"], leaf.metadata["high"]
     for number in value if isinstance(value, tuple) else (value,):
         if low is not None and not low <= number <= high:  # NaN fails as well
-            raise UserError(f"--{path} {text}: give a value from {low:g} to {high:g}")
+            raise UserError(f"{name} {text}: give a value from {low:g} to {high:g}")
     return value
 
 

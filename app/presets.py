@@ -1,8 +1,9 @@
 """Settings and a view as a small JSON file: {"view": "hybrid", "settings": {"rays.budget": 2.0}}.
 
 It holds what differs from the defaults; what it lacks is at its default, so that a file from before a setting existed
-means what it meant. Only focus distance and aperture belong to the viewpoint: a file without them leaves them alone.
-What else it holds beside the two is for people; a report of `shot`, which holds both, is a preset as well.
+means what it meant, and a view alone is a preset. Only focus distance and aperture belong to the viewpoint: a file
+without them leaves them alone. What else it holds beside the two is for people; a report of `shot`, which holds both,
+is a preset as well.
 """
 
 from __future__ import annotations
@@ -39,6 +40,13 @@ class Preset:
         return result
 
 
+def without_viewpoint(settings: Settings) -> Settings:
+    """With what belongs to a viewpoint at its default."""
+    for path, leaf, _ in walk(settings):
+        settings = put(settings, path, leaf.default) if path in OF_VIEWPOINT else settings
+    return settings
+
+
 def preset_of(settings: Settings, view: str | None = None) -> Preset:
     """What brings exactly these settings back from any others, focus and aperture among them."""
     return Preset(
@@ -64,10 +72,11 @@ def read_preset(path: str | Path) -> Preset:
         raise UserError(f"preset {path}: {error.strerror or error}") from None
     except (ValueError, RecursionError) as error:
         raise UserError(f"preset {path} is not JSON: {error}") from None
-    values = content.get("settings") if isinstance(content, dict) else None
-    if not isinstance(values, dict):
-        raise UserError(f'preset {path} needs "settings", an object of settings by dotted name')
+    content = content if isinstance(content, dict) else {}
     view = content.get("view")
+    values = content.get("settings", {} if view is not None else None)  # some other file has neither
+    if not isinstance(values, dict):
+        raise UserError(f'preset {path} needs "settings", an object of settings by dotted name, or "view" alone')
     if view is not None and (not isinstance(view, str) or (view not in VIEWS and view not in TARGETS)):
         raise UserError(f"preset {path}: there is no view {view!r}; choose one of {', '.join(VIEWS)}")
     try:

@@ -13,7 +13,7 @@ from .errors import NOT_REACHED, UserError
 from .measure.regions import REGIONS
 
 if TYPE_CHECKING:
-    from .measure.search import Figures
+    from .measure.goal import Figures
     from .measure.trial import Judge
     from .measure.tune import Advice, Progress, Tuning
 
@@ -59,6 +59,7 @@ def tune(options: argparse.Namespace) -> int:
     from .measure.trial import Judge, check_metric
     from .measure.tune import VIEWS, Tuning, check_views
     from .renderer import Renderer
+    from .scene.load import scene_file
     from .session import load_gpu_scene
 
     views = options.views or VIEWS
@@ -68,6 +69,7 @@ def tune(options: argparse.Namespace) -> int:
         raise UserError(f"--spp {options.spp}: give an even number, since a reference is two halves that are compared")
     output = _checked(options.output) if options.output else None
     fixed = commands.optional_settings(options)
+    scene_file(options.scene)
     ctx = headless_context()
     scene, gpu_scene = load_gpu_scene(ctx, options.scene, commands.show_progress)
     box = gpu_scene.facts.low, gpu_scene.facts.high

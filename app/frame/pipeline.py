@@ -99,6 +99,12 @@ def _asked_for(frame: FramePlan) -> FramePlan:
     return replace(frame, calls=tuple(calls))
 
 
+def check_view(view: str) -> None:
+    """Raise UserError unless there is such a view, or such a target in some scene."""
+    if view not in VIEWS:
+        target_plan(view, Settings(), Facts(near_coc_px=10.0, far_coc_px=10.0))
+
+
 def linear_target(frame: FramePlan) -> str:
     """The target that holds the linear picture of a plan (what an .exr stores)."""
     return next(

@@ -1,28 +1,29 @@
 """A search for the cheapest settings under an error, or for the most accurate ones within some milliseconds.
 
-It knows nothing of pictures: it asks for the figures of one candidate after another. First every view from cheap to
-dear, as far as dearer ones can still be of use; then, from the best of each view that is not far off, one knob at a
-time to the value beside it, until no such step is better. Whoever trades one knob for another must take two steps of
-which one alone is worse: where both have been measured, their product says what they do together, and what promises
-to be better is tried as well. Nothing is measured twice, and no more than `limit` candidates are.
+It knows nothing of pictures: it asks for the figures of one candidate after another. First every view as it is, then
+the views in turn, each from cheap to dear as far as dearer ones can still be of use; then, from the best of each view
+that is not far off, one knob at a time to the value beside it, until no such step is better. Whoever trades one knob
+for another must take two steps of which one alone is worse: where both have been measured, their product says what they
+do together, and what promises to be better is tried as well. Nothing is measured twice, and no more than `limit`
+candidates are.
 
-Timing is noisy: a step counts if it is better by more than a margin. Where the machine's load changes meanwhile, what
-is better may be overlooked; what was found is still measured afresh (tune.py).
+Timing is noisy: a step counts if it is better by more than a margin, and of two candidates that differ in one number of
+rays, taps or pixels the smaller is the cheaper, whatever was timed. Where the machine's load changes meanwhile, what is
+better may be overlooked; what was found is still measured afresh (tune.py).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
 from itertools import combinations, groupby
 from typing import Any
 
 from ..settings import Settings, put, walk
 from .candidates import Candidate
+from .goal import Figures, Goal, upper_ms
 
-MS_MARGIN = 0.02  # of the figure: a smaller gain is not to be told from noise ...
-ERROR_MARGIN = 0.005  # ... or, where the same seed gives the same error, not worth a step
 FAR = 2.0  # a view that is worse than the best by this factor is not refined ...
 MISSED = 1.5  # ... nor one that misses the limit by this one
 GIVE_UP = 1.5  # a candidate that takes this much longer than of use is not drawn to its end
@@ -33,88 +34,42 @@ Key = tuple[str, Settings]
 Vary = Callable[[Settings, str, Any], Settings]
 
 
-@dataclass(frozen=True)
-class Figures:
-    """Of a candidate."""
-
-    ms: float  # median of a frame
-    high_ms: float  # upper end of its confidence interval; NaN: too few frames
-    error: float  # NaN: given up before it was known
-
-
-@dataclass(frozen=True)
-class Goal:
-    """An error to stay below, or milliseconds: one of the two."""
-
-    error: float = math.nan
-    ms: float = math.nan
-    floor: float = 0.0  # errors below it mean nothing (app/measure/reference.py)
-
-    @property
-    def of_error(self) -> bool:
-        return not math.isnan(self.error)
-
-    @property
-    def limit(self) -> float:
-        return self.error if self.of_error else self.ms
-
-    def limited(self, figures: Figures) -> float:
-        """What must stay below the limit; infinite where unknown."""
-        value = self.error_of(figures) if self.of_error else upper_ms(figures)
-        return math.inf if math.isnan(value) else value
-
-    def sought(self, figures: Figures) -> float:
-        """What should then be as small as possible; infinite where unknown."""
-        value = figures.ms if self.of_error else self.error_of(figures)
-        return math.inf if math.isnan(value) else value
-
-    def error_of(self, figures: Figures) -> float:
-        """The error, or the floor where that is above it; NaN where unknown."""
-        return figures.error if math.isnan(figures.error) else max(figures.error, self.floor)
-
-    def kept(self, figures: Figures) -> bool:
-        return self.limited(figures) < self.limit and math.isfinite(self.sought(figures))
-
-    def rank(self, figures: Figures) -> tuple[bool, float, float]:
-        """Smaller is better: what keeps the limit before what misses it by least."""
-        kept, limited, sought = self.kept(figures), self.limited(figures), self.sought(figures)
-        return (False, sought, limited) if kept else (True, limited, sought)
-
-    def better(self, a: Figures, b: Figures) -> bool:
-        """Whether `a` is better than `b` by more than noise."""
-        if self.kept(a) != self.kept(b):
-            return self.kept(a)
-        of_ms = self.of_error == self.kept(a)  # kept: what is sought counts, else what is limited
-        return self.rank(a)[1] < (1.0 - (MS_MARGIN if of_ms else ERROR_MARGIN)) * self.rank(b)[1]
-
-
-def upper_ms(figures: Figures) -> float:
-    """The upper end of the median's interval, or the median where there are too few frames for one."""
-    return figures.ms if math.isnan(figures.high_ms) else figures.high_ms
-
-
 class Search:
     """One search. `measured` holds what it has asked for so far."""
 
     def __init__(
         self,
         goal: Goal,
+        first: Sequence[Key],
         coarse: Sequence[Candidate],
         knobs: Mapping[str, Mapping[str, tuple[Any, ...]]],
         limit: int,
         vary: Vary = put,
     ) -> None:
-        """`coarse` has the candidates of each view together, from cheap to dear; `knobs` has, by view and dotted path,
-        the values to try, cheapest first; `vary` replaces one of them in settings.
+        """`first` has each view as it is; `coarse` has the candidates of each view together, from cheap to dear;
+        `knobs` has, by view and dotted path, the values to try, cheapest first; `vary` replaces one of them in
+        settings.
         """
         self.goal, self.limit = goal, limit
         self.measured: dict[Key, Figures] = {}
-        self._coarse, self._knobs, self._vary = coarse, knobs, vary
+        self._first, self._coarse, self._knobs, self._vary = first, coarse, knobs, vary
 
     @property
     def best(self) -> Key | None:
         """Of what was measured: the best that keeps the limit, else the closest; None before the first."""
-        return min(self.measured, key=lambda key: self.goal.rank(self.measured[key]), default=None)
+        best = min(self.measured, key=lambda key: self.goal.rank(self.measured[key]), default=None)
+        return best and self._least(best)
+
+    def cheaper(self, key: Key) -> Iterator[Key]:
+        """What differs from it in one number alone, of rays, taps or pixels, and takes no longer; cheapest first."""
+        view, settings = key
+        for path, values in self._knobs[view].items():
+            now = _value(settings, path)
+            if not isinstance(now, bool):  # a step may spare another one
+                for value in _ordered(now, values):
+                    if value == now:
+                        break
+                    yield view, self._vary(settings, path, value)
 
     @property
     def useful_ms(self) -> float:
@@ -125,12 +80,14 @@ class Search:
 
     def run(self) -> Generator[Candidate, Figures, None]:
         """Yields what it wants to know the figures of, and is sent them."""
-        for _, family in groupby(self._coarse, lambda candidate: candidate.view):
-            for candidate in family:
-                if (figures := (yield from self._ask((candidate.view, candidate.settings)))) is None:
-                    return
-                if upper_ms(figures) > self.useful_ms or (self.goal.of_error and self.goal.kept(figures)):
-                    break  # the dearer ones are dearer still
+        for key in self._first:
+            yield from self._ask(key)
+        views = groupby(((candidate.view, candidate.settings) for candidate in self._coarse), lambda key: key[0])
+        turns = deque(iter(list(keys)) for _, keys in views)
+        while turns:
+            keys = turns.popleft()
+            if (yield from self._next_of(keys)):
+                turns.append(keys)
         for start in self._starts():
             if self._hopeless(start):
                 continue
@@ -140,10 +97,32 @@ class Search:
             if len(self.measured) >= self.limit:
                 return
 
+    def _next_of(self, keys: Iterator[Key]) -> Generator[Candidate, Figures, bool]:
+        """Measure the next of a view that is not known yet; whether the dearer ones may still be of use."""
+        for key in keys:
+            known = key in self.measured
+            if (figures := (yield from self._ask(key))) is None:
+                return False
+            if upper_ms(figures) > self.useful_ms or (self.goal.of_error and self.goal.kept(figures)):
+                return False  # the dearer ones are dearer still
+            if not known:
+                return True
+        return False
+
     def _starts(self) -> list[Key]:
         """The best of each view, the best first."""
         ordered = sorted(self.measured, key=lambda key: self.goal.rank(self.measured[key]))
-        return list({key[0]: key for key in reversed(ordered)}.values())[::-1]
+        return [self._least(key) for key in {key[0]: key for key in reversed(ordered)}.values()][::-1]
+
+    def _least(self, key: Key) -> Key:
+        """It, or what was measured, keeps the error as well and is certain to be no dearer."""
+        kept = [other for other, figures in self.measured.items() if self.goal.kept(figures)]
+        return least(key, self.cheaper, kept) if self.goal.of_error and key in kept else key
+
+    def _gains(self, there: Key, here: Key) -> bool:
+        """Whether it is better by more than noise; less time for more rays is noise."""
+        noise = self.goal.of_error and self.goal.kept(self.measured[here]) and here in self.cheaper(there)
+        return not noise and self.goal.better(self.measured[there], self.measured[here])
 
     def _hopeless(self, key: Key) -> bool:
         best = self.best
@@ -158,7 +137,7 @@ class Search:
         for path in self._knobs[here[0]]:
             for there in self._beside(moved or here, path):
                 figures = yield from self._ask(there)
-                if figures and self.goal.better(figures, self.measured[moved or here]):
+                if figures and self._gains(there, moved or here):
                     moved = there
                     break
         return moved
@@ -194,8 +173,7 @@ class Search:
 
     def _values_beside(self, here: Key, path: str) -> list[Any]:
         """The next cheaper and the next dearer value of a knob, what may help first."""
-        value = next(v for p, _, v in walk(here[1]) if p == path)
-        cheaper, dearer = beside(value, self._knobs[here[0]][path])
+        cheaper, dearer = beside(_value(here[1], path), self._knobs[here[0]][path])
         save = self.goal.of_error == self.goal.kept(self.measured[here])
         return [*cheaper, *dearer] if save else [*dearer, *cheaper]
 
@@ -220,35 +198,44 @@ class Search:
 
 def beside(value: Any, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
     """The next cheaper of some values, cheapest first, and the next dearer: none at an end."""
-    if value not in values:  # a person's own
-        values = sorted({*values, value}, reverse=values[0] > values[-1])
-    i = list(values).index(value)
-    return list(values[max(i - 1, 0) : i]), list(values[i + 1 : i + 2])
+    values = _ordered(value, values)
+    i = values.index(value)
+    return values[max(i - 1, 0) : i], values[i + 1 : i + 2]
 
 
-def to_verify(goal: Goal, found: Mapping[Key, Figures], verified: Mapping[Key, Figures]) -> Key | None:
+def _ordered(value: Any, values: Sequence[Any]) -> list[Any]:
+    """Values, cheapest first, with a person's own among them."""
+    return list(values) if value in values else sorted({*values, value}, reverse=values[0] > values[-1])
+
+
+def _value(settings: Settings, path: str) -> Any:
+    return next(value for p, _, value in walk(settings) if p == path)
+
+
+def least(key: Key, cheaper: Callable[[Key], Iterable[Key]], among: Container[Key]) -> Key:
+    """It, or the cheapest among those that steps to `cheaper` ones lead to."""
+    while (below := next((other for other in cheaper(key) if other in among), None)) is not None:
+        key = below
+    return key
+
+
+def to_verify(
+    goal: Goal,
+    found: Mapping[Key, Figures],
+    verified: Mapping[Key, Figures],
+    cheaper: Callable[[Key], Iterable[Key]] = lambda key: (),
+) -> Key | None:
     """Which of those that keep the limit should be measured afresh next: the best, but those last that would miss the
-    limit if they did as badly as the worst that was verified.
+    limit if they did as badly as the worst that was verified. Where an error is to be kept, what is `cheaper` for
+    certain goes before what was only timed so.
     """
     slack = max(
         (goal.limited(fresh) / max(goal.limited(found[key]), TINY) for key, fresh in verified.items()), default=1
     )
-    left = (key for key, figures in found.items() if key not in verified and goal.kept(figures))
-    return min(
-        left,
-        key=lambda key: (goal.limited(found[key]) * max(slack, 1) >= goal.limit, goal.rank(found[key])),
-        default=None,
-    )
-
-
-def worse(figures: Iterable[Figures]) -> Figures:
-    """The worst of each figure; NaN where one is."""
-    return Figures(*(_most(values) for values in zip(*((f.ms, f.high_ms, f.error) for f in figures), strict=True)))
-
-
-def _most(values: Iterable[float]) -> float:
-    values = list(values)
-    return math.nan if any(map(math.isnan, values)) else max(values)
+    left = [key for key, figures in found.items() if key not in verified and goal.kept(figures)]
+    roomy = [key for key in left if goal.limited(found[key]) * max(slack, 1) < goal.limit] or left
+    best = min(roomy, key=lambda key: goal.rank(found[key]), default=None)
+    return least(best, cheaper, roomy) if best and goal.of_error else best
 
 
 def _product(here: Figures, a: Figures, b: Figures) -> Figures:

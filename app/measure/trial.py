@@ -15,9 +15,9 @@ from ..gpu.context import Context
 from ..gpu.timing import GPU_TIMER
 from ..renderer import Renderer
 from .candidates import Candidate
+from .goal import Figures
 from .metrics import WHOLE, Array, has_flip, mean_flip, rmse
 from .reference import Reference
-from .search import Figures
 from .timing import frame_sums, times_of
 
 METRICS = ("flip", "rmse")

@@ -20,7 +20,8 @@ from ..knob import qualities
 from ..renderer import Renderer
 from ..settings import Settings, put, walk
 from .candidates import RAYS, RINGS, SAMPLES, Candidate, candidates, with_budget
-from .search import GIVE_UP, Figures, Goal, Search, to_verify, worse
+from .goal import Figures, Goal, worse
+from .search import GIVE_UP, Search, to_verify
 from .trial import Judge, Trial
 
 VIEWS = ("sharp", "post", "hybrid", "traced")
@@ -95,7 +96,8 @@ class Tuning:
         self._settings, self._fixed = settings, fixed
         knobs = {view: self._knobs(view) for view in views}
         coarse = [c for c in self._coarse() if c.view in views]
-        self.search = Search(self.goal, coarse, knobs, limit, self._varied)
+        first = [(view, settings) for view in views]
+        self.search = Search(self.goal, first, coarse, knobs, limit, self._varied)
         self._spent: list[float] = []  # s, of each candidate
 
     def run(self) -> Generator[Progress, None, Advice]:
@@ -103,7 +105,7 @@ class Tuning:
         yield from self._find()
         found = self.search.measured
         verified: dict[tuple[str, Settings], Figures] = {}
-        while len(verified) < MOST_VERIFIED and (key := to_verify(self.goal, found, verified)):
+        while len(verified) < MOST_VERIFIED and (key := to_verify(self.goal, found, verified, self.search.cheaper)):
             candidate = self.search.candidate(key)
             fresh = yield from self._measured(
                 candidate, "verify", len(verified), MOST_VERIFIED, FRESH_SEED, FRESH_WARM_UP, FRESH_TIMED

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from imgui_bundle import imgui
 
-from ..controls import BINDINGS, Binding
-from . import style
 from .colormap import sequential
+from .help import draw_help
 from .model import HeatShown, Look, Shown
 from .views import LEGEND_STEPS, draw_bar, draw_ticks
 
@@ -21,16 +20,6 @@ _PASSIVE = (
     | imgui.WindowFlags_.no_focus_on_appearing
     | imgui.WindowFlags_.no_nav
 )
-_HELP = (
-    imgui.WindowFlags_.no_title_bar
-    | imgui.WindowFlags_.no_resize
-    | imgui.WindowFlags_.no_move
-    | imgui.WindowFlags_.always_auto_resize
-    | imgui.WindowFlags_.no_saved_settings
-    | imgui.WindowFlags_.no_focus_on_appearing
-    | imgui.WindowFlags_.no_nav
-)
-HELP_EM = (0.0, 45.0, 60.0)  # width from which the help stands in one, two, three columns, in font heights
 SCALE_EM = 19.0  # width of the heat map's scale
 MARGIN = 10.0  # px between a label and the picture's edge
 
@@ -43,7 +32,7 @@ def draw_overlays(look: Look, shown: Shown, picture: Rect) -> None:
         below = 2.2 * imgui.get_font_size() if look.compare and look.panel else 0.0  # the names of the sides
         _heat_scale(shown.heat, (picture[0], picture[1] + below, *picture[2:]))
     if look.help:
-        _help(picture)
+        draw_help(picture)
     if shown.loading:
         _progress(*shown.loading, picture)
     elif shown.message:
@@ -104,32 +93,3 @@ def _progress(stage: str, fraction: float, picture: Rect) -> None:
     imgui.text_unformatted(stage)
     imgui.progress_bar(fraction, imgui.ImVec2(min(22 * imgui.get_font_size(), 0.8 * width), 0.0))
     imgui.end()
-
-
-def _help(picture: Rect) -> None:
-    """The key table over the picture, or over the whole window if that is too narrow; it scrolls where it must."""
-    em, display = imgui.get_font_size(), imgui.get_io().display_size
-    x, y, width, height = picture if picture[2] >= HELP_EM[-1] * em else (0.0, 0.0, display.x, display.y)
-    columns = sum(width >= needed * em for needed in HELP_EM) or 1
-    groups = list(dict.fromkeys(binding.group for binding in BINDINGS))
-    imgui.set_next_window_pos(imgui.ImVec2(x + width / 2, y + height / 2), imgui.Cond_.always, imgui.ImVec2(0.5, 0.5))
-    imgui.set_next_window_size_constraints(imgui.ImVec2(0.0, 0.0), imgui.ImVec2(display.x, display.y))
-    imgui.set_next_window_bg_alpha(0.95)
-    imgui.begin("##help", None, _HELP)
-    for column in range(columns):
-        if column:
-            imgui.same_line(0.0, 2.0 * em)
-        imgui.begin_group()
-        for group in groups[column:] if column == columns - 1 else groups[column : column + 1]:
-            _help_group([binding for binding in BINDINGS if binding.group == group])
-        imgui.end_group()
-    imgui.end()
-
-
-def _help_group(bindings: list[Binding]) -> None:
-    imgui.text_colored(style.ACCENT, bindings[0].group)
-    column = max(imgui.calc_text_size(binding.label).x for binding in bindings) + imgui.get_font_size()
-    for binding in bindings:
-        imgui.text_unformatted(binding.label)
-        imgui.same_line(column)
-        imgui.text_unformatted(binding.meaning)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import UserError
-from ..files import is_file, user_path
+from ..files import is_file, is_folder, user_path
 from ..interrupts import held_back
 from . import gallery
 from .bounded import bound
@@ -20,7 +20,7 @@ from .geometry import local_origin
 from .gltf import read_gltf
 from .model import F64, LARGEST_IMAGE_PX, Image, Instance, LoadReport, Mesh, Scene
 from .motion import Motion
-from .stress.catalogue import stress_scene
+from .stress.catalogue import PREFIX, stress_scene
 from .validate import (
     FINE_STEP,
     MAX_MOVING,
@@ -80,10 +80,13 @@ def scene_file(path_or_name: str | Path) -> Path:
         return stress.module
     built_in = gallery.find(str(path_or_name))
     path = built_in.path if built_in else user_path(path_or_name)
+    known = f"a built-in scene ({', '.join(entry.name for entry in gallery.SCENES)}, or {PREFIX}NAME)"
+    if not str(path_or_name).strip():
+        raise UserError(f"the scene's name is empty: give the path of a file, or {known}.")
+    if is_folder(path):
+        raise UserError(f"{path} is a folder: give the path of a file in it, or {known}.")
     if path.suffix.lower() not in GLTF + OTHERS:
-        known = ", ".join(entry.name for entry in gallery.SCENES)
-        kinds = " ".join(GLTF + OTHERS)
-        raise UserError(f"{path} is neither a built-in scene ({known}) nor a file of a known kind ({kinds}).")
+        raise UserError(f"{path} is neither {known} nor a file of a known kind ({' '.join(GLTF + OTHERS)}).")
     if not is_file(path):
         raise UserError(f"{path} does not exist or is no file: check the path.")
     return path

@@ -6,7 +6,7 @@ import io
 import logging
 import math
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,12 @@ import trimesh
 from trimesh.resolvers import FilePathResolver
 
 from ..errors import UserError, quoted
-from ..files import is_file
 from ..tone import srgb_decode
 from .decoded import Decoded
 from .geometry import local_origin
-from .images import FORMATS, check_size, check_total, inflated, readable
+from .images import FORMATS, check_size, check_total, inflated
 from .model import F32, F64, Image, Instance, Material, TextureSlot
+from .obj_text import missing_assets, missing_vertex
 from .validate import RawMesh
 
 # Neither format has physical materials: a matt-to-satin surface of medium grey, as modelling tools show such files.
@@ -45,12 +45,14 @@ def read_with_trimesh(path: Path, progress: Callable[[str, float], None]) -> Dec
     except OSError as error:
         raise UserError(f"{path} cannot be read ({error.strerror or error}): check the path.") from error
     except Exception as error:  # a third-party parser on arbitrary bytes may raise anything
+        if kind == "OBJ" and (lost := missing_vertex(path)):
+            raise UserError(f"{path}, {lost}: export it again.") from error
         known = str(error) and not isinstance(error, ImportError)  # it imports a guesser of encodings for damaged text
         reason = quoted(error) if known else "damaged or in an unknown encoding"
         raise UserError(f"{path} cannot be read as {kind} ({reason}): export it again.") from error
     decoded = Decoded([], [], [])
     if kind == "OBJ":
-        decoded.notes += _missing_assets(path)
+        decoded.notes += missing_assets(path)
     index_of: dict[str, int] = {}
     origins: dict[str, F64] = {}
     for node in scene.graph.nodes_geometry:
@@ -176,36 +178,3 @@ def _roughness(shininess: Any) -> float:
     """The square root of the GGX alpha = sqrt(2 / (n + 2)) with a highlight as wide (Walter et al. 2007)."""
     exponent = _floats(shininess, 1)
     return _PLAIN.roughness if exponent is None else (2.0 / (max(exponent[0], 0.0) + 2.0)) ** 0.25
-
-
-def _missing_assets(path: Path) -> list[str]:
-    """A note for each material library or diffuse map that the OBJ names and trimesh silently does without."""
-    notes = []
-    for library in _lines(path, "mtllib"):
-        found = _beside(path, library)
-        if found is None:
-            lost = f"Material library '{quoted(library)}' is missing or outside the folder"
-            notes.append(f"{lost}; plain materials are used.")
-            continue
-        for texture in _lines(found, "map_kd"):
-            picture = _beside(path, texture)
-            if picture is None or not readable(picture):
-                what = (
-                    "missing or outside the folder" if picture is None else "no picture that can be read, or too large"
-                )
-                notes.append(f"Texture '{quoted(texture)}' is {what}; the plain colour is used.")
-    return notes
-
-
-def _beside(path: Path, name: str) -> Path | None:
-    """The file of that name in the model's folder or below; None if there is none."""
-    target = path.parent / name.strip().lstrip("/")
-    return target if is_file(target) and target.resolve().is_relative_to(path.parent.resolve()) else None
-
-
-def _lines(path: Path, key: str) -> Iterator[str]:
-    """What follows `key` on each line of a text file that starts with it, in either case."""
-    with path.open(encoding="utf-8", errors="replace") as text:
-        for line in text:
-            if line[: len(key) + 1].strip().lower() == key:
-                yield line.strip()[len(key) :].strip()

@@ -14,14 +14,14 @@ from imgui_bundle import imgui, implot
 
 from ..camera import Viewpoint
 from ..errors import UserError
-from ..frame.pipeline import VIEWS, target_plan
+from ..frame.pipeline import check_view
 from ..gpu.context import device_name
 from ..gpu.imgui import ImguiRenderer
 from ..gpu.present import Presenter
 from ..panel import style
 from ..panel.model import Look, Shown
 from ..panel.panel import Panel, first_width
-from ..scene.facts import Facts
+from ..scene.load import scene_file
 from ..settings import Settings
 from .desktop import Desktop
 from .events import Events
@@ -69,10 +69,8 @@ def open_window(
     viewpoint brings. `options` has `status` (file for JSON lines, or None) and `screenshots` (folder).
     Raises UserError: no display (exit code 3), a bad scene or view (exit code 2).
     """
-    if view not in VIEWS:
-        target_plan(
-            view, settings, Facts(near_coc_px=10.0, far_coc_px=10.0)
-        )  # a misspelt view is refused before a window flashes up
+    check_view(view)  # what is misspelt is refused before a window flashes up, and where there is no display
+    scene_file(scene)
     status = StatusLog(options.status)
     desktop = Desktop("hybrid-dof", (size[0] + math.ceil(first_width(1.0)), size[1]))
     try:

@@ -11,7 +11,7 @@ from ..errors import UserError
 from ..files import is_folder, user_path
 from ..panel.model import Request
 from ..picture import write_png
-from ..presets import SUFFIX, is_preset, preset_of, read_preset, write_preset
+from ..presets import SUFFIX, is_preset, preset_of, read_preset, without_viewpoint, write_preset
 from ..session import focused
 from ..settings import put, to_dict
 from .advisor import Advisor
@@ -76,7 +76,9 @@ class Requests:
         state.pilot.speed = max(self._stage.extent / CROSSING_S, 1e-3)
         start = viewpoint or self._stage.viewpoints[0]
         state.camera = start.camera
-        state.look = replace(state.look, settings=focused(state.look.settings, start, state.given))
+        # Focus and aperture that it does not name are at their defaults, as for `shot`: those of the scene before may
+        # be of another scale.
+        state.look = replace(state.look, settings=focused(without_viewpoint(state.look.settings), start, state.given))
         state.playing, state.time_s = True, 0.0
         state.given = {}  # options choose the start, not every later scene
 

@@ -76,8 +76,7 @@ class Stage:
         built_in = gallery.find(name)
         beside = () if built_in else camera_files(user_path(name))
         own = viewpoints(scene, (np.array(gpu_scene.facts.low), np.array(gpu_scene.facts.high)))
-        # A file's framing camera is a makeshift: what lies beside it was chosen by a person.
-        self.viewpoints = (*own, *beside) if scene.cameras else (*beside, *own)
+        self.viewpoints = (*own, *beside)  # what lies beside it is on offer; the first is that of every command
 
     def renderer(self, size: Size) -> Renderer:
         """Another renderer of the scene, which belongs to the caller and draws whatever scene was last given to it."""

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import COMMANDS, main, parser
-from app.errors import BAD_INPUT
+from app.errors import BAD_INPUT, NO_GRAPHICS, UserError
 from app.frame.pipeline import VIEWS
 from app.scene.gallery import SCENES
 from app.settings import Settings, walk
@@ -313,3 +313,73 @@ def test_plan_lists_the_programs_of_a_frame_and_of_the_next_step(capsys: pytest.
         "raster/gbuffer", "raster/motion.comp", "raster/lighting.comp", "output/resolve.comp", "output/display.comp",
     }  # fmt: skip
     assert "rays/trace.comp" in {row[0] for row in rows}
+
+
+@pytest.mark.parametrize("command", ["plan", "info"])
+def test_a_folder_is_called_one_and_scenes_without_a_file_are_told_of(
+    command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    told = refused(capsys, command, str(tmp_path))
+    assert f"{tmp_path} is a folder" in told
+    assert "stress:" in told
+    assert "stress:" in refused(capsys, command, "nowhere")
+
+
+def test_a_scene_without_a_name_is_told_as_that(capsys: pytest.CaptureFixture[str]) -> None:
+    told = refused(capsys, "info", "")
+    assert "empty" in told
+    assert ": . " not in told
+
+
+@pytest.mark.parametrize("size", ["-4x5", "4x-5", "0x0", "-.5x3", "-infx3"])
+def test_a_size_of_less_than_nothing_is_told_like_one_of_nothing(size: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"argument --size: {size!r} is not a size such as 1280x720" in refused(
+        capsys, "plan", "still-life", "--size", size
+    )
+
+
+def test_a_negative_number_is_a_value_however_it_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "still-life", "--lens.rotation", "-1e1", "--view", "sharp"]) == 0
+    capsys.readouterr()
+    assert "from 0 to 100" in refused(capsys, "plan", "still-life", "--shading.background", "-1,0,0")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (("frobnicate",), "frobnicate"),
+        (("view", "nix.obj"), "nix.obj"),
+        (("view", "stress:nix"), "nix"),
+        (("view", "nix.obj", "--camera", "nix.json"), "nix.json"),
+        (("view", "--view", "shrap"), "shrap"),
+        (("shot", "nix.obj", "-o", "x.png"), "nix.obj"),
+        (("shot", "still-life", "-o", "x.png", "--view", "shrap"), "shrap"),
+        (("shot", "still-life", "-o", "x.png", "--camera", "nix.json"), "nix.json"),
+        (("tune", "nix.obj", "--ms", "9"), "nix.obj"),
+        (("tune", "still-life", "--ms", "9", "--camera", "nix.json"), "nix.json"),
+        (("bench", "nix.obj", "-o", "results"), "nix.obj"),
+        (("plan", "nix.obj", "--measure"), "nix.obj"),
+    ],
+)
+def test_arguments_are_checked_before_display_and_driver(
+    arguments: tuple[str, ...],
+    named: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    def no_driver() -> None:
+        raise UserError("no OpenGL", NO_GRAPHICS)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setattr("app.gpu.context.headless_context", no_driver)
+    assert named in refused(capsys, *arguments)
+
+
+def test_what_lacks_nothing_but_a_display_is_told_so(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert main(["still-life"]) == NO_GRAPHICS
+    assert "hybrid-dof shot" in capsys.readouterr().err

@@ -102,6 +102,36 @@ def test_memory_is_listed_by_texture_and_summed_up_by_view() -> None:
     assert memory_table(Shown()) == []
 
 
+def help_window() -> imgui.internal.Window:
+    return imgui.internal.find_window_by_name("##help")
+
+
+@pytest.mark.parametrize("panel_shown", [True, False])
+@pytest.mark.parametrize("density", [1.0, 1.5, 2.0])
+@pytest.mark.parametrize(
+    "size", [(640.0, 480.0), (800.0, 600.0), (900.0, 600.0), (1260.0, 600.0), (1320.0, 540.0), (2000.0, 1000.0)]
+)
+def test_the_help_lies_within_the_window(size: tuple[float, float], density: float, panel_shown: bool) -> None:
+    with interface() as io:
+        imgui.get_style().font_scale_dpi = density
+        io.display_size = imgui.ImVec2(*size)
+        panel = Panel()
+        for _ in range(4):
+            draw(panel, Look(help=True, panel=panel_shown), Shown(), size)
+        box = help_window()
+        assert box.pos.x >= 0
+        assert box.pos.y >= 0
+        assert box.pos.x + box.size.x <= size[0]
+        assert box.pos.y + box.size.y <= size[1]
+        assert box.content_size.x <= box.inner_rect.get_width(), "no line is cut off at its right"
+        if density == 1.0:
+            assert not box.scrollbar_x
+            assert box.scroll_max.y == 0.0 or size[1] < 600.0
+        left, _, width, _ = panel.picture(size)
+        if density == 1.0 and width >= 640.0:
+            assert left <= box.pos.x <= box.pos.x + box.size.x <= left + width, "it hides none of the panel"
+
+
 @pytest.mark.parametrize("size", [(320.0, 180.0), (1.0, 1.0), (5000.0, 40.0)])
 def test_no_window_is_too_small(ui: imgui.IO, size: tuple[float, float]) -> None:
     ui.display_size = imgui.ImVec2(*size)

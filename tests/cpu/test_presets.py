@@ -47,6 +47,26 @@ def test_a_report_is_a_preset(tmp_path: Path) -> None:
     assert read_preset(tmp_path / "r.json").applied(Settings()) == used
 
 
+def test_a_preset_of_a_view_alone_has_all_settings_at_their_defaults(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "p.json"
+    file.write_text('{"view": "post"}')
+    assert is_preset(file)
+    assert read_preset(file) == Preset("post")
+    assert read_preset(file).applied(put(Settings(), "post.rings", 8)) == Settings()
+    assert main(["plan", "still-life", "--preset", str(file)]) == 0
+    assert capsys.readouterr().out.startswith("post of still-life")
+
+
+def test_a_key_of_a_file_is_not_called_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "p.json"
+    for value, rest in (('"big"', "'big': give a number"), ("7", "7: give a value from 0 to 1")):
+        file.write_text(f'{{"settings": {{"lens.aperture": {value}}}}}')
+        assert main(["plan", "still-life", "--preset", str(file)]) == BAD_INPUT
+        assert f"preset {file}: lens.aperture {rest}" in capsys.readouterr().err
+
+
 def test_a_preset_without_a_lens_leaves_focus_and_aperture_alone() -> None:
     before = put(put(Settings(), "lens.aperture", 0.3), "post.rings", 8)
     after = Preset(values={"rays.budget": 2.0}).applied(before)
@@ -61,7 +81,10 @@ def test_a_preset_without_a_lens_leaves_focus_and_aperture_alone() -> None:
         ("[" * 100000, "not JSON"),
         ("[]", '"settings"'),
         ('{"eye": [0, 0, 0], "target": [0, 0, 1]}', '"settings"'),
+        ("{}", '"settings"'),
         ('{"settings": []}', '"settings"'),
+        ('{"view": "post", "settings": null}', '"settings"'),
+        ('{"view": null}', '"settings"'),
         ('{"settings": {"lens.colour": 1}}', "lens.colour"),
         ('{"settings": {"lens.aperture": "wide"}}', "lens.aperture"),
         ('{"settings": {"lens.aperture": NaN}}', "lens.aperture"),

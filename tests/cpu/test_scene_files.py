@@ -91,6 +91,61 @@ def test_obj_in_another_encoding_and_without_its_library(tmp_path: Path) -> None
     assert any("'m.mtl' is missing" in note for note in scene.report.notes)
 
 
+V3 = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+
+@pytest.mark.parametrize(
+    ("library", "names", "told"),
+    [
+        ("newmtl red\n", ("red", "nix"), "Material 'nix' is not in the material library 'a.mtl'; a plain one is used."),
+        ("newmtl red\n", ("Red",), "Material 'Red' is"),  # as they are written
+        ("newmtl red\n", ("a", "b", "a"), "Materials 'a', 'b' are"),
+        ("newmtl dark red\n", ("dark red",), None),
+        ("newmtl red\n", ("red",), None),
+        (None, ("red", "blue"), "Material library 'a.mtl' is missing"),  # said once
+        ("", ("red",), "Material 'red' is not in the material library 'a.mtl'"),
+    ],
+)
+def test_a_material_that_the_library_lacks_is_noted(
+    library: str | None, names: tuple[str, ...], told: str | None, tmp_path: Path
+) -> None:
+    faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in names)
+    (tmp_path / "m.obj").write_text(f"mtllib a.mtl\n{V3}{faces}")
+    if library is not None:
+        (tmp_path / "a.mtl").write_text(library)
+    notes = [note for note in load_scene(tmp_path / "m.obj").report.notes if "aterial" in note]
+    assert len(notes) == (told is not None)
+    assert all(note.startswith(told or "") for note in notes)
+
+
+def test_a_material_without_any_library_is_noted(tmp_path: Path) -> None:
+    (tmp_path / "m.obj").write_text(f"{V3}usemtl red\nf 1 2 3\n")
+    assert (
+        "The file names no material library: a plain material is used." in load_scene(tmp_path / "m.obj").report.notes
+    )
+    (tmp_path / "m.obj").write_text(f"{V3}f 1 2 3\n")
+    assert not any("material" in note for note in load_scene(tmp_path / "m.obj").report.notes)
+
+
+@pytest.mark.parametrize(
+    ("face", "told"),
+    [
+        ("f 1 2 99", "line 4: a face refers to vertex 99, but the file has 3"),
+        ("f 1 2 3\nf 1 2 4", "line 5: a face refers to vertex 4, but the file has 3"),
+        ("f -9 -2 -1", "line 4: a face refers to vertex -9, but the file has 3"),
+        ("f 1//1 2//1 99//1", "line 4: a face refers to vertex 99, but the file has 3"),
+        ("f 1 2 " + "9" * 5000, "\u2026, but the file has 3"),
+        ("f 1 2 9223372036854775808", "vertex 9223372036854775808, but the file has 3"),
+    ],
+)
+def test_a_face_of_missing_vertices_is_told_by_their_number_in_the_file(face: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "m.obj").write_text(f"{V3}{face}\n")
+    with pytest.raises(UserError) as error:
+        load_scene(tmp_path / "m.obj")
+    assert told in str(error.value)
+    assert str(tmp_path / "m.obj") in str(error.value)
+
+
 @pytest.mark.parametrize("per", ["vertex", "face"])
 def test_ply_colours(tmp_path: Path, per: str) -> None:
     solid = trimesh.creation.box()

@@ -246,7 +246,7 @@ def test_unknown_name_lists_the_built_in_scenes() -> None:
 
 
 def test_missing_file_and_folder(tmp_path: Path) -> None:
-    for name in ("absent.glb", "folder.glb"):
-        (tmp_path / "folder.glb").mkdir(exist_ok=True)
-        with pytest.raises(UserError, match="does not exist or is no file"):
+    (tmp_path / "folder.glb").mkdir()
+    for name, told in (("absent.glb", "does not exist or is no file"), ("folder.glb", "folder.glb is a folder")):
+        with pytest.raises(UserError, match=told):
             load_scene(tmp_path / name)

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from app.knob import qualities
 from app.measure.candidates import candidates
-from app.measure.search import Figures, Goal, Key, Search, beside, to_verify, worse
+from app.measure.goal import Figures, Goal, worse
+from app.measure.search import Key, Search, beside, to_verify
 from app.settings import Settings, put, walk
 
 KNOBS: dict[str, dict[str, tuple[Any, ...]]] = {
@@ -28,7 +29,8 @@ Model = Callable[[Key], Figures]
 
 def driven(goal: Goal, model: Model, limit: int = 200) -> tuple[Search, list[Key]]:
     """A search run to its end, and what it asked for, in order."""
-    search = Search(goal, candidates(Settings(), (2, 3, 4, 6, 8), (1, 2, 4, 8), (1, 2, 4, 8, 16)), KNOBS, limit)
+    coarse = candidates(Settings(), (2, 3, 4, 6, 8), (1, 2, 4, 8), (1, 2, 4, 8, 16))
+    search = Search(goal, [(view, Settings()) for view in KNOBS], coarse, KNOBS, limit)
     asked = []
     asks = search.run()
     try:
@@ -151,6 +153,69 @@ def test_it_asks_no_more_than_it_may(goal: Goal, model: Model, limit: int) -> No
     search, asked = driven(goal, model, limit)
     assert 1 <= len(asked) <= limit
     assert search.best in asked
+
+
+@given(goal=goals, model=models, limit=st.integers(1, 12))
+def test_every_view_has_its_turn_before_any_has_a_second(goal: Goal, model: Model, limit: int) -> None:
+    _, asked = driven(goal, model, limit)
+    assert asked[:4] == [(view, Settings()) for view in KNOBS][:limit]
+
+
+def test_few_steps_go_round_the_views() -> None:
+    """What is left after the defaults: a candidate of each view that has more, in turn."""
+    model = separable(dict.fromkeys(PATHS, (1.2, 0.9)), dict.fromkeys(KNOBS, (1.0, 1.0)))
+    _, asked = driven(Goal(ms=1000.0), model, 10)
+    assert [view for view, _ in asked[4:]] == ["post", "hybrid", "traced"] * 2
+
+
+SAMPLES = "rays.samples_per_frame"
+
+
+def noisy(fast: int, kept: int) -> Model:
+    """Traced keeps an error of 0.1 from `kept` samples on; the timing of `fast` samples came out too low, by far."""
+
+    def model(key: Key) -> Figures:
+        if key[0] != "traced":
+            return Figures(500.0, math.nan, 1.0)
+        samples = value_of(key, SAMPLES)
+        return Figures(10.0 if samples == fast else 50.0 + samples, math.nan, 0.09 if samples >= kept else 0.2)
+
+    return model
+
+
+@pytest.mark.parametrize(("fast", "kept"), [(8, 4), (16, 4), (4, 2), (8, 8)])
+def test_a_noisy_time_does_not_make_more_samples_cheaper(fast: int, kept: int) -> None:
+    goal = Goal(error=0.1)
+    search, asked = driven(goal, noisy(fast, kept))
+    assert search.best is not None
+    assert value_of(search.best, SAMPLES) == kept
+    dearest = max(value_of(key, SAMPLES) for key in asked if key[0] == "traced")
+    assert dearest <= 2 * kept, "it goes no further up than to the value beside it"
+
+
+def test_of_those_that_differ_in_samples_alone_the_fewest_are_promised_first() -> None:
+    goal = Goal(error=0.1)
+    search = Search(goal, [], [], KNOBS, 200)
+    keys: dict[int, Key] = {n: ("traced", put(Settings(), SAMPLES, n)) for n in (2, 4, 8)}
+    ms = {2: 40.0, 4: 50.0, 8: 45.0}
+    error = {2: 0.2, 4: 0.09, 8: 0.05}
+    found = {key: Figures(ms[n], math.nan, error[n]) for n, key in keys.items()}
+    search.measured.update(found)
+    assert to_verify(goal, found, {}, search.cheaper) == keys[4]
+    assert to_verify(goal, found, {keys[4]: Figures(50.0, 50.0, 0.11)}, search.cheaper) == keys[8]
+    other: Key = ("hybrid", Settings())
+    assert to_verify(goal, {**found, other: Figures(44.0, math.nan, 0.09)}, {}, search.cheaper) == other
+    within = Goal(ms=100.0)
+    assert to_verify(within, found, {}, search.cheaper) == keys[8], "the truest; time is kept, not sought"
+
+
+def test_what_switches_a_step_on_or_off_may_well_be_cheaper() -> None:
+    """Only numbers of rays and taps are certain to cost more; a step may spare another one."""
+    search = Search(Goal(error=0.1), [], [], KNOBS, 200)
+    on: Key = ("post", put(Settings(), "post.median", True))
+    off: Key = ("post", put(Settings(), "post.median", False))
+    search.measured.update({on: Figures(1.0, math.nan, 0.05), off: Figures(2.0, math.nan, 0.05)})
+    assert search.best == on
 
 
 def test_the_next_values_are_found_beside_a_persons_own() -> None:

@@ -142,7 +142,7 @@ def test_bad_text_is_one_sentence_that_names_the_option(path: str) -> None:
     leaf, _ = LEAVES[path]
     for text in bad_texts(leaf):
         with pytest.raises(UserError) as caught:
-            parse(path, text, leaf)
+            parse(f"--{path}", text, leaf)
         assert f"--{path}" in one_sentence(caught.value)
 
 
@@ -150,7 +150,7 @@ def test_bad_text_is_one_sentence_that_names_the_option(path: str) -> None:
 def test_what_is_no_focus_distance_is_told_which_ones_there_are(text: str) -> None:
     """Infinity above all: its nearest is 1e6 m, from which it differs by K / 1e6, a tenth of a pixel at the most."""
     with pytest.raises(UserError, match=r"^--lens.focus_distance .*: give a value from 0.001 to 1e\+06$"):
-        parse("lens.focus_distance", text, LEAVES["lens.focus_distance"][0])
+        parse("--lens.focus_distance", text, LEAVES["lens.focus_distance"][0])
     assert coc_scale_px(LEAVES["lens.aperture"][0].metadata["high"], 2160, math.radians(1.0)) / 1e6 < 0.1
 
 

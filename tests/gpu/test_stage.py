@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from app.camera import Camera, look_at
+from app.camera import Camera, Viewpoint, look_at, write_viewpoint
 from app.errors import UserError
 from app.panel.model import Look
 from app.settings import Settings, put
@@ -68,6 +68,19 @@ def test_a_scene_that_cannot_be_loaded_leaves_the_old_one(stage: Stage, walls: P
     assert Path(stage.name).name == "near.obj"
     stage.reload_shaders()
     np.testing.assert_array_equal(drawn(stage, look), before)
+
+
+def test_camera_files_beside_a_scene_come_after_what_headless_commands_choose(stage: Stage, tmp_path: Path) -> None:
+    """An unrelated camera file must not decide how a model opens: `shot` and `plan` know nothing of it."""
+    (tmp_path / "model.obj").write_text(WALL.format(z=-3))
+    stage.load(str(tmp_path / "model.obj"))
+    alone = stage.viewpoints
+    for name in ("cam", "model"):
+        write_viewpoint(tmp_path / f"{name}.json", Viewpoint(CAMERA))
+    stage.load(str(tmp_path / "model.obj"))
+    assert stage.viewpoints[: len(alone)] == alone
+    assert alone[0].aperture
+    assert [view.name for view in stage.viewpoints] == ["framing", "model", "cam"]
 
 
 def test_a_new_scene_takes_the_place_of_the_old(stage: Stage, walls: Path) -> None:

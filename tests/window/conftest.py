@@ -61,6 +61,11 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "room.obj"
 
 
+def seen(scene: Path) -> tuple[str, ...]:
+    """The arguments that open a scene as the camera file beside it sees it."""
+    return str(scene), "--camera", str(scene.with_suffix(".json"))
+
+
 class Driver:
     """A running window. `wait` polls its status log; every wait fails with the last state it saw."""
 
@@ -120,8 +125,9 @@ class Driver:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The last line of the status log."""
-        lines = self._status.read_text().splitlines() if self._status.exists() else []
+        """The last line of the status log that is written to its end."""
+        text = self._status.read_text() if self._status.exists() else ""
+        lines = text[: text.rfind("\n") + 1].splitlines()
         return dict(json.loads(lines[-1])) if lines else {"drawn": False}
 
     def wait(self, condition: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
@@ -139,7 +145,7 @@ class Driver:
 @pytest.fixture(scope="module")
 def shared_window(display: str, scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
     """One window that the tests of a module share."""
-    with Driver(display, tmp_path_factory.mktemp("window"), str(scene), "--view", "sharp") as driver:
+    with Driver(display, tmp_path_factory.mktemp("window"), *seen(scene), "--view", "sharp") as driver:
         yield driver
 
 

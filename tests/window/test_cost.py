@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import Driver
+from .conftest import Driver, seen
 
 LABEL = "post, 3 rings"
 
@@ -15,7 +15,7 @@ LABEL = "post, 3 rings"
 @pytest.fixture(scope="module")
 def roomy(display: str, scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
     """A window high enough for the plot."""
-    with Driver(display, tmp_path_factory.mktemp("cost"), str(scene), "--view", "sharp") as driver:
+    with Driver(display, tmp_path_factory.mktemp("cost"), *seen(scene), "--view", "sharp") as driver:
         wide, _ = driver.state["window"]
         driver.do("windowsize", driver.window, str(wide), "620")
         driver.wait(lambda s: s["size"][1] == 620)

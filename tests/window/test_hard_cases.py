@@ -19,7 +19,7 @@ import pytest
 
 from app.window.loop import Window, _ClosedWhileLoading
 
-from .conftest import PICTURE, ROOT, Driver
+from .conftest import PICTURE, ROOT, Driver, seen
 
 SIDE = 220  # vertices of the hill: large enough to be seen loading, and its tree being built
 
@@ -172,7 +172,7 @@ def test_it_opens_where_nothing_can_be_remembered(
     """Neither a tree nor the panel's layout."""
     (tmp_path / "config").write_text("a file where a folder should be")
     monkeypatch.setenv("HYBRID_DOF_CACHE", str(tmp_path / "config" / "cache"))
-    with Driver(display, tmp_path, str(scene), "--view", "traced") as window:
+    with Driver(display, tmp_path, *seen(scene), "--view", "traced") as window:
         window.wait(lambda state: state["view"] == "traced" and not state["preparing"])
         window.key("Escape")
         assert window.process.wait(30) == 0

@@ -15,7 +15,7 @@ import pytest
 
 from app.camera import Viewpoint, look_at, write_viewpoint
 
-from .conftest import Driver
+from .conftest import Driver, seen
 
 IDLE_S = 5.0
 MOST_OF_A_CORE = 0.02
@@ -57,7 +57,7 @@ def idle(display: str, hills: Path, tmp_path_factory: pytest.TempPathFactory) ->
     """A window of its own, at rest: its view is drawn once. No tree is stored from an earlier run."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HYBRID_DOF_CACHE", str(tmp_path_factory.mktemp("cache")))
-        with Driver(display, tmp_path_factory.mktemp("idle"), str(hills), "--view", "depth") as driver:
+        with Driver(display, tmp_path_factory.mktemp("idle"), *seen(hills), "--view", "depth") as driver:
             driver.wait(rests)
             yield driver
 

@@ -13,6 +13,7 @@ import pytest
 from app.camera import Camera, Viewpoint, read_viewpoint
 from app.errors import UserError
 from app.panel.model import Look, Request, Shown
+from app.session import focused
 from app.settings import Settings, put
 from app.window.requests import Requests
 from app.window.state import State
@@ -71,6 +72,17 @@ def test_options_win_over_the_first_viewpoint_only(tmp_path: Path) -> None:
     assert state.look.settings.lens.aperture == 0.5
     requests.serve(Request("load", "room.glb"))
     assert state.look.settings.lens.aperture == 0.25
+
+
+def test_a_lens_that_a_new_scene_does_not_name_is_what_shot_would_take(tmp_path: Path) -> None:
+    """Not that of the scene before, which may have been a thousand times as large."""
+    state, stage = State(Look(put(Settings(), "post.rings", 6)), Shown()), FakeStage()
+    requests = Requests(state, stage, tmp_path)  # type: ignore[arg-type]
+    requests.load("room.glb")
+    stage.viewpoints = (Viewpoint(Camera()),)
+    requests.serve(Request("load", "room.glb"))
+    assert state.look.settings.lens == focused(Settings(), stage.viewpoints[0]).lens == Settings().lens
+    assert state.look.settings.post.rings == 6
 
 
 def test_a_failed_load_is_told_and_stays_told_until_one_succeeds(state: State, requests: Requests) -> None:

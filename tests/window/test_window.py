@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from .conftest import CUBE_DEPTH, PICTURE, ROOT, WALL_DEPTH, Driver
+from .conftest import CUBE_DEPTH, PICTURE, ROOT, WALL_DEPTH, Driver, seen
 
 MIDDLE = (PICTURE[0] // 2, PICTURE[1] // 2)
 WALL, SKY = (40, 90), (290, 90)
@@ -25,7 +25,7 @@ def test_it_opens_with_a_picture_of_the_size_asked_for(window: Driver) -> None:
     assert state["size"] == list(PICTURE)
     assert state["window"][0] > PICTURE[0]  # the panel stands beside it
     window.wait(lambda s: window.title == "sharp - room.obj - hybrid-dof")  # the display follows the log
-    assert (state["focus_distance"], state["aperture"]) == (5.0, 0.2)  # of the camera file beside the scene
+    assert (state["focus_distance"], state["aperture"]) == (5.0, 0.2)  # of the camera file
 
 
 def test_f12_saves_what_is_seen_with_its_settings(window: Driver) -> None:
@@ -83,17 +83,17 @@ def test_a_click_focuses_on_what_lies_under_it(window: Driver) -> None:
 def test_a_target_that_these_settings_do_not_produce_falls_back_with_a_reason(
     display: str, scene: Path, tmp_path: Path
 ) -> None:
-    with Driver(display, tmp_path, str(scene), "--view", "near_blur", "--lens.aperture", "0") as window:
+    with Driver(display, tmp_path, *seen(scene), "--view", "near_blur", "--lens.aperture", "0") as window:
         assert window.state["view"] == "sharp"
         assert "pinhole" in window.state["message"]
 
 
 def test_a_preset_chooses_view_and_settings(display: str, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "p.json").write_text('{"view": "post", "settings": {"lens.aperture": 0.1}}')
-    with Driver(display, tmp_path, str(scene), "--preset", str(tmp_path / "p.json")) as window:
+    with Driver(display, tmp_path, *seen(scene), "--preset", str(tmp_path / "p.json")) as window:
         state = window.state
         assert (state["view"], state["aperture"]) == ("post", 0.1)
-        assert state["focus_distance"] == 5.0  # of the camera file beside the scene
+        assert state["focus_distance"] == 5.0  # of the camera file
 
 
 def test_the_bar_of_the_split_screen_can_be_dragged(window: Driver) -> None:
@@ -169,7 +169,7 @@ def test_f5_reloads_and_a_broken_shader_keeps_the_last_good_one(display: str, sc
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     shader = tmp_path / "glsl" / "output" / "display.comp"
     good = shader.read_text()
-    with Driver(display, tmp_path, str(scene), "--view", "sharp", root=tmp_path) as window:
+    with Driver(display, tmp_path, *seen(scene), "--view", "sharp", root=tmp_path) as window:
         shader.write_text(good + "\nthis is no GLSL\n")
         window.key("F5")
         state = window.wait(lambda s: s["shader_error"])
@@ -199,10 +199,16 @@ def test_without_a_display_one_sentence_and_code_3(scene: Path, display_name: st
 
 
 @pytest.mark.parametrize(
-    ("arguments", "named"), [(("missing.glb",), "missing.glb"), (("still-life", "--view", "shrap"), "shrap")]
+    ("arguments", "named"),
+    [
+        (("missing.glb",), "missing.glb"),
+        (("still-life", "--view", "shrap"), "shrap"),
+        (("frobnicate",), "frobnicate"),
+    ],
 )
 def test_a_bad_scene_or_view_is_one_sentence_and_code_2(display: str, arguments: tuple[str, ...], named: str) -> None:
     done = run(*arguments, display=display)
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
     assert named in done.stderr
+    assert run(*arguments, display=None).stderr == done.stderr, "the same without a display"
