@@ -135,9 +135,9 @@ def test_options_win_over_the_preset_and_that_over_the_camera_file(
     assert lines[0].startswith("post of still-life")
     assert lines[0].endswith("aperture 0.02 m, focus 2.5 m")
     assert any("RINGS=3" in line for line in lines)
-    lines = planned("--view", "hybrid", "--lens.aperture", "0.01", "--post.rings", "6")
+    lines = planned("--view", "hybrid", "--lens.aperture", "0.04", "--post.rings", "6")
     assert lines[0].startswith("hybrid of still-life")
-    assert lines[0].endswith("aperture 0.01 m, focus 2.5 m")
+    assert lines[0].endswith("aperture 0.04 m, focus 2.5 m")
     assert any("RINGS=6" in line for line in lines)
 
 
