@@ -46,6 +46,9 @@ LENS_RAYS = TRACED[0].updates
 LENS_POINTS = REFERENCE[0].updates
 CONVERGING = (*LENS_RAYS, *LENS_POINTS)
 
+# Targets that can be looked at beside the views.
+VIEWABLE = tuple(name for name in TARGETS if name not in VIEWS and name not in ("display", "resolved"))
+
 OF_MOTION = ("motion", "gradient")  # targets that are written while something moves
 
 ASKED_FOR = "it is what was asked for; while nothing moves it finds nothing"
@@ -81,11 +84,16 @@ def frame_plan(view: str, settings: Settings, facts: Facts) -> FramePlan:
     return plan((*PASSES, *tail), "display", settings, facts)
 
 
+def check_view(view: str) -> None:
+    """Raise UserError unless there is such a view or target, in some scene."""
+    if view not in VIEWS and view not in VIEWABLE:
+        names = ", ".join((*VIEWS, *VIEWABLE))
+        raise UserError(f"--view {view}: there is no such view or target; choose one of {names}")
+
+
 def target_plan(target: str, settings: Settings, facts: Facts) -> FramePlan:
     """The plan that paints one intermediate target."""
-    if target not in TARGETS or target in ("display", "resolved"):
-        names = ", ".join((*VIEWS, *(t for t in TARGETS if t not in ("display", "resolved") and t not in VIEWS)))
-        raise UserError(f"--view {target}: there is no such view or target; choose one of {names}")
+    check_view(target)
     if forced := target in OF_MOTION and not facts.moved:
         facts = replace(facts, camera_moved=True)  # zeros are worth seeing, too
     plan(PASSES, target, settings, facts)  # raises, with the reason, where this scene does not call for the target
@@ -97,12 +105,6 @@ def _asked_for(frame: FramePlan) -> FramePlan:
     """The same with the true reason for passes that otherwise wait for something to move."""
     calls = (replace(c, reason=ASKED_FOR) if c.step.name in OF_MOTION else c for c in frame.calls)
     return replace(frame, calls=tuple(calls))
-
-
-def check_view(view: str) -> None:
-    """Raise UserError unless there is such a view, or such a target in some scene."""
-    if view not in VIEWS:
-        target_plan(view, Settings(), Facts(near_coc_px=10.0, far_coc_px=10.0))
 
 
 def linear_target(frame: FramePlan) -> str:

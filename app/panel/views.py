@@ -9,7 +9,7 @@ import numpy as np
 from imgui_bundle import imgui
 
 from ..controls import BINDINGS
-from ..frame.pipeline import VIEWS
+from ..frame.pipeline import VIEWABLE, VIEWS
 from ..frame.records import Target
 from ..frame.targets import TARGETS
 from ..settings import Settings, put, walk
@@ -19,7 +19,6 @@ from .costs import muted
 from .knobs import LABEL_EM, draw_knob
 from .model import Look, Request
 
-VIEWABLE = tuple(name for name in TARGETS if name not in VIEWS and name not in ("display", "resolved"))
 SCALES = (1.0, 0.75, 0.5, 0.25)
 LEGEND_STEPS = 48  # colour samples along the bar: finer than the eye tells apart at its width
 

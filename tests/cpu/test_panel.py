@@ -13,7 +13,7 @@ from imgui_bundle import imgui
 from app.camera import Camera, Viewpoint, write_viewpoint
 from app.controls import BINDINGS
 from app.frame.memory import frame_memory, memory_sum
-from app.frame.pipeline import frame_plan
+from app.frame.pipeline import VIEWABLE, frame_plan
 from app.frame.targets import TARGETS
 from app.panel import style
 from app.panel.input import UiInput, imgui_key
@@ -22,7 +22,7 @@ from app.panel.memory import MOST_LINES, memory_table
 from app.panel.model import Cost, Look, Request, Shown
 from app.panel.panel import MAX_SHARE, Panel
 from app.panel.scenes import camera_files
-from app.panel.views import VIEWABLE, value_range
+from app.panel.views import value_range
 from app.scene.facts import Facts
 from app.scene.model import LoadReport
 from app.settings import Settings, put, walk

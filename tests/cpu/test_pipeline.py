@@ -15,7 +15,16 @@ from hypothesis import strategies as st
 from app.data import data_dir
 from app.errors import UserError
 from app.frame.output import SHOW_KINDS, display_pass, resolve_pass, show_pass
-from app.frame.pipeline import CONVERGING, OF_MOTION, PASSES, VIEWS, color_target, frame_plan, linear_target
+from app.frame.pipeline import (
+    CONVERGING,
+    OF_MOTION,
+    PASSES,
+    VIEWS,
+    check_view,
+    color_target,
+    frame_plan,
+    linear_target,
+)
 from app.frame.records import FramePlan, Pass, Permutation, split_read
 from app.frame.targets import BUFFERS, TARGETS
 from app.gpu.purpose import purpose
@@ -225,6 +234,19 @@ def test_static_settings_reach_a_define_and_others_do_not() -> None:
 def test_every_shader_opens_with_what_it_is_for(shader: str) -> None:
     said = purpose(shader)
     assert re.fullmatch(r"[A-Z][^.]{15,200}\.", said), said
+
+
+@pytest.mark.parametrize("view", [*VIEWS, *SHOWN])
+def test_every_name_of_a_view_or_target_is_known_whatever_the_scene(view: str) -> None:
+    check_view(view)
+
+
+@pytest.mark.parametrize("view", ["hybird", "", "display", "resolved"])
+def test_other_names_are_refused_with_those_there_are(view: str) -> None:
+    with pytest.raises(
+        UserError, match=rf"--view {view}: there is no such view or target; choose one of sharp, .*emissive"
+    ):
+        check_view(view)
 
 
 def test_every_target_and_buffer_is_written_and_used_by_some_pass() -> None:
