@@ -15,7 +15,7 @@ from .frame.past import Past
 from .frame.pipeline import CONVERGING, LENS_POINTS, LENS_RAYS, VIEWS, frame_plan, linear_target
 from .frame.records import Call, FramePlan
 from .frame.targets import TARGETS
-from .gpu.execute import execute, prepared
+from .gpu.execute import run_call
 from .gpu.frame_block import FrameInputs, frame_block
 from .gpu.health import Health
 from .gpu.layout import FRAME
@@ -279,12 +279,8 @@ class Renderer:
     def _run(self, call: Call, inputs: FrameInputs) -> None:
         if call.step.rays:
             self.scene.ensure_bvh(self.progress_callback)
-        for target in call.writes:
-            if TARGETS[target].cleared:
-                self._targets.clear(target)
-        for part in call.parts:
-            compiled = prepared(self._rehearsal.programs, part, self._targets, self.scene, self._frame_buffer)
-            execute(self._ctx, part, compiled, self._targets, self.scene, inputs.rows)
+        programs, block = self._rehearsal.programs, self._frame_buffer
+        run_call(self._ctx, call, programs, self._targets, self.scene, block, inputs.rows)
 
     def _clock(self) -> float:
         """Seconds, once the GPU has done all it was given."""

@@ -18,15 +18,16 @@ def shading_defines(settings: Settings, facts: Facts) -> Defines:
     """The permutation of `shade()`: the same for the raster image and for ray hits, so that views differ in depth of
     field only.
     """
+    light = lit(settings)
     return (
-        ("LIT", int(lit(settings))),
+        ("LIT", int(light)),
         ("TEXTURED", int(facts.textured)),
-        ("NORMAL_MAPPED", int(facts.normal_mapped and lit(settings))),
+        ("NORMAL_MAPPED", int(facts.normal_mapped and light)),
         ("EMISSIVE", int(facts.emissive)),
         ("ALPHA_MASKED", int(facts.alpha_masked)),
-        ("POINT_LIGHTS", int(facts.lights > int(facts.sun) and lit(settings))),
-        ("SUN", int(facts.sun and lit(settings))),
-        ("SHADOWS", int(facts.sun and settings.shading.shadows and lit(settings))),
+        ("POINT_LIGHTS", int(facts.lights > int(facts.sun) and light)),
+        ("SUN", int(facts.sun and light)),
+        ("SHADOWS", int(facts.sun and settings.shading.shadows and light)),
     )
 
 

@@ -162,7 +162,7 @@ class Skipped:
 
     name: str
     reason: str
-    shader: str = ""
+    shader: str
 
 
 @dataclass(frozen=True)

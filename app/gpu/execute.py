@@ -40,10 +40,30 @@ def prepared(
     return compiled
 
 
-def execute(
+def run_call(
+    ctx: moderngl.Context,
+    call: Call,
+    programs: Programs,
+    targets: Targets,
+    scene: GpuScene | None,
+    frame_block: moderngl.Buffer,
+    rows: Rows = (0, 0),
+) -> None:
+    """Run all parts of a call over cleared targets where it draws only parts of them. A sliced pass covers `rows` of
+    its grid, first and one past the last. What comes after must wait for it (memory barrier).
+    """
+    for target in call.writes:
+        if TARGETS[target].cleared:
+            targets.clear(target)
+    for part in call.parts:
+        compiled = prepared(programs, part, targets, scene, frame_block)
+        _execute(ctx, part, compiled, targets, scene, rows)
+
+
+def _execute(
     ctx: moderngl.Context, call: Call, compiled: Compiled, targets: Targets, scene: GpuScene | None, rows: Rows
 ) -> None:
-    """Run what is prepared. A sliced pass covers `rows` of its grid, first and one past the last."""
+    """Run what is prepared."""
     step = call.step
     if step.kind == "raster":
         _raster(ctx, call, compiled, targets, scene)

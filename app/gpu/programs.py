@@ -15,7 +15,7 @@ import moderngl
 from ..frame.records import Call
 from ..frame.targets import BUFFERS
 from .layout import FRAME
-from .shaders import Key, ShaderError, Source, assemble, canonical, explain, load_glsl, stages_of
+from .shaders import Key, ShaderError, Source, assemble, canonical, explain, load_glsl, stages_of, words_of
 
 Program = (
     Any  # moderngl.Program or ComputeShader: both give their members by name, whose stubs are a union of all kinds
@@ -24,7 +24,6 @@ Program = (
 Formats = tuple[str, ...]  # of the textures that a program reads and writes, in order
 
 MOST_PROGRAMS = 512  # kept at once: twice what two views of the richest scene can ask for within one step
-_WORD = re.compile(r"\w+")
 _PREFIXES = ("in_", "prev_", "out_")
 
 
@@ -208,7 +207,7 @@ def give(program: Program, **values: object) -> None:
 
 def _mentioned(text: str) -> frozenset[str]:
     """Names of targets, with their prefixes, and of storage blocks."""
-    words = set(_WORD.findall(_without_comments(text)))
+    words = words_of(_without_comments(text))
     return frozenset(word for word in words if word.startswith(_PREFIXES) or word in BUFFERS)
 
 

@@ -135,9 +135,13 @@ def _included(entries: tuple[str, ...], files: Mapping[str, str]) -> set[str]:
     return seen
 
 
-@lru_cache(maxsize=512)  # texts: a few times as many as there are files, for those that are being edited
-def _words(text: str) -> frozenset[str]:
+def words_of(text: str) -> frozenset[str]:
+    """Every name and keyword of a text."""
     return frozenset(_WORD.findall(text))
+
+
+# of files: a few times as many texts as there are, for those that are being edited
+_words = lru_cache(maxsize=512)(words_of)
 
 
 @lru_cache(maxsize=512)

@@ -124,7 +124,7 @@ class EffectsSection:
 def _tell(text: str) -> None:
     """A tooltip of as many lines as it takes."""
     imgui.begin_tooltip()
-    imgui.push_text_wrap_pos(22 * imgui.get_font_size())
+    imgui.push_text_wrap_pos(style.TOOLTIP_EM * imgui.get_font_size())
     imgui.text_unformatted(text)
     imgui.pop_text_wrap_pos()
     imgui.end_tooltip()

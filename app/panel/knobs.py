@@ -94,7 +94,7 @@ def _widget(label: str, leaf: Field[Any], value: Any) -> tuple[bool, Any]:
 
 def _tooltip(path: str, leaf: Field[Any]) -> None:
     meta = leaf.metadata
-    imgui.push_text_wrap_pos(22 * imgui.get_font_size())
+    imgui.push_text_wrap_pos(style.TOOLTIP_EM * imgui.get_font_size())
     imgui.text_unformatted(leaf.metadata["doc"])
     imgui.push_style_color(imgui.Col_.text, style.MUTED)
     if meta["low"] is not None:

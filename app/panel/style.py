@@ -10,6 +10,8 @@ from imgui_bundle import imgui
 FONT_PX = 15.0  # at 96 dots per inch; the bundled default of 13 is a bitmap that blurs when scaled
 FONT = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
 
+TOOLTIP_EM = 22  # width of a tooltip's lines, in font heights
+
 ACCENT = imgui.ImVec4(0.35, 0.62, 0.90, 1.0)
 MUTED = imgui.ImVec4(0.62, 0.64, 0.67, 1.0)
 ERROR = imgui.ImVec4(1.0, 0.56, 0.46, 1.0)
